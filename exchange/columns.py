@@ -28,7 +28,7 @@ class Columns(Struct, frozen=True):
     rows
         Line number and cells of each row of numbers, with decimal points instead of decimal commas.
     titles
-        Line number and text of each line before the first row of numbers that is not a heading line.
+        Line number and text of each other line before the first row of numbers.
     """
 
     headings: tuple[tuple[int, tuple[str, ...]], ...]
@@ -38,8 +38,8 @@ class Columns(Struct, frozen=True):
     def heading(self, column: int) -> tuple[int, str]:
         """Return the unit of a column, preceded by the number of the heading line that contains the unit.
 
-        A unit stands in brackets or after a slash. If a column has no such unit, the last of several heading lines is
-        taken as a line of units. If there is only one heading line, return (0, "").
+        A unit is in brackets or after a slash. If a column has no such unit, the last of several heading lines is taken
+        as a line of units. If there is only one heading line, return (0, "").
         """
         for line, cells in reversed(self.headings):
             found = UNIT.search(cells[column])
@@ -54,8 +54,8 @@ class Columns(Struct, frozen=True):
 def columns_of(text: str, names: tuple[str, ...]) -> Columns:
     r"""Return the first `len(names)` columns of a CSV text.
 
-    Columns may be separated by commas, semicolons or tabs. All columns after these are ignored if they are empty. They
-    are also ignored if they have headings and the first `len(names)` columns have units.
+    Columns may be separated by commas, semicolons or tabs. Further columns on the right are ignored if they are empty.
+    They are also ignored if they have headings and the first `len(names)` columns have units.
 
     Parameters
     ----------

@@ -16,7 +16,7 @@ from exchange.foreign_mechanism import GROUND, Drive, ExchangeError, ForeignLink
 SOURCE = "DXF"
 UNITS = {1: "in", 4: "mm", 5: "cm", 6: "m"}  # unit of length, by the code $INSUNITS in a DXF file
 METRES = {"mm": 1e-3, "cm": 1e-2, "in": 0.0254, "m": 1.0}  # length of each unit [m]
-# lines on layers with these names, or of these line types, do not belong to a drawn section
+# a line whose layer or line type contains one of these words does not belong to a drawn section
 AUXILIARY = re.compile("cent(er|re)|axis|axes|hidden|dashdot|phantom|dim|hatch|text|defpoints", re.IGNORECASE)
 CHORD = 1e-4  # largest distance between an arc and the chords that replace it, divided by the size of the section
 SAME = 1e-4  # ends of lines count as one point if their distance is at most SAME * (size of the drawing)
@@ -34,10 +34,10 @@ class DrawnLink(Struct, frozen=True):
     points
         Position of each point, by name.
     beams
-        For each beam: positions of its start and end, and half of its depth at the start and at the end. Unknown half
-        depths are nan.
+        Tuple for each beam: position of the start, position of the end, half of the depth at the start, half of the
+        depth at the end. An unknown half depth is nan.
     holes
-        Known diameters of the holes at points, by point name.
+        Diameter of the hole at each point, by point name. Points with an unknown diameter are missing.
     """
 
     name: str
@@ -133,8 +133,8 @@ def of_dxf(path: Path, title: str) -> ForeignMechanism:
     Blocks are exploded. Coincident ends are pinned together. Ends of lines and centres of circles are fixed points if
     the name of their layer contains "ground", "fixed" or "base".
 
-    A circle on the layer "CRANKS" marks the end of a driven link. Each link between such a circle and a fixed point is
-    driven. If no link connects such a circle to a fixed point, the first link at a fixed point is driven.
+    A circle on the layer "CRANKS" marks the end of a driven link. Each link that connects a circle on "CRANKS" to a
+    fixed point is driven. If there is no such link, the first link at a fixed point is driven.
 
     If no point is fixed, or if there are circles on "CRANKS", each end that belongs to only one link is also fixed.
     Ends at circles on "CRANKS" are not fixed by this rule. The notes of the mechanism list the numbers of unused

@@ -53,8 +53,8 @@ class Slot(Struct, frozen=True):
     """Straight slot in the link `on`. The pin at `point` of `link` moves in the slot.
 
     `direction` is the direction of the slot in the coordinates of the drawing. `travel` contains the smallest and
-    largest displacement of the pin along the slot, measured from the drawn position of the pin. It is (0, 0) if
-    unknown.
+    largest displacement of the pin along the slot, measured from the drawn position of the pin. An unknown `travel` is
+    (0, 0).
     """
 
     point: str
@@ -68,7 +68,7 @@ class ForeignSlider(Struct, frozen=True):
     """Slider: `link` slides on the link `on` along a straight line, without relative rotation.
 
     The line passes through the point `through` in the direction `direction`. `travel` contains the smallest and largest
-    displacement of `link` along the line, measured from its drawn position. It is (0, 0) if unknown.
+    displacement of `link` along the line, measured from its drawn position. An unknown `travel` is (0, 0).
     """
 
     link: str
@@ -91,8 +91,8 @@ class Drive(Struct, frozen=True):
         Segments of the motion law as in a scene file, with the keys `curve`, `duration` and `by` (the stroke). A dwell
         has no key `by`.
     start
-        Initial angle, such as "0 deg". A wheel with a single point needs this angle, because the drawing does not show
-        it.
+        Initial angle, such as "0 deg". It must be given for a wheel with a single point, because a single point does
+        not show an angle.
     """
 
     joint: Mapping[str, str]
@@ -149,7 +149,7 @@ class ForeignLoad(Struct, frozen=True):
 
 
 class ForeignMechanism(Struct, frozen=True):
-    """Mechanism for import or export, also called the drawing, because drawn points define its geometry.
+    """Mechanism for import or export. It is also called the drawing, because the geometry is given by drawn points.
 
     Attributes
     ----------
@@ -172,7 +172,7 @@ class ForeignMechanism(Struct, frozen=True):
     gravity
         True if gravity acts along -y.
     notes
-        Messages about assumptions, and about parts of the file that are left out.
+        Messages about assumptions of the import, and about parts of the file that are not imported.
     """
 
     title: str
@@ -192,8 +192,8 @@ class ForeignMechanism(Struct, frozen=True):
     notes: tuple[str, ...] = ()
 
 
-# a link is straight if each point is at most MIN_HEIGHT * L from the line of length L between its first and farthest
-# point
+# A link is straight if all points are near the line from the first point to the farthest point. The allowed distance
+# from this line is MIN_HEIGHT * (length of the line).
 MIN_HEIGHT = 1e-3
 
 

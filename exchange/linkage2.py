@@ -27,10 +27,10 @@ SOURCE = "Linkage"
 UNITS = {"inches": "in", "millimeters": "mm"}
 DRAWN_ONLY = 1 << 0  # bit of a layer number: drawings and dimensions, which are not part of the mechanism
 TURNS = 15.0  # default speed of a rotating input [rpm] and of an actuator [cycles per minute] in Linkage
-MAX_OFFSET = 1e-3  # largest accepted distance of a pin from its slot, divided by the length of the slot
-MAX_ARC_OFFSET = 0.02  # largest accepted distance of a pin from its curved slot, divided by the radius of the slot
+MAX_OFFSET = 1e-3  # (largest accepted distance between a pin and the centre line of its slot) / (length of the slot)
+MAX_ARC_OFFSET = 0.02  # (largest accepted distance between a pin and the arc of its curved slot) / (radius of the slot)
 LIGHT = 1e-6  # [kg] mass of the link that replaces a curved slot
-# an attribute that touches the next one, which Linkage allows but XML does not
+# Pattern of an attribute without a space before the next attribute. Linkage allows such attributes, but XML does not.
 TOUCHING = re.compile(r'(="[^"]*")(?=[A-Za-z_])')
 
 
@@ -147,7 +147,8 @@ def _read_links(read: _LinkageReading, root: ElementTree.Element, wheels: set[st
         names = [c.attrib["id"] for kind in ("connector", "fastenconnector") for c in each.findall(kind)]
         connectors = tuple(name for name in names if name in read.connectors)
         if connectors and _moves(each):
-            key = f"{each.get('id')} {number}"  # with position in the file, because two links may have the same number
+            # The key contains the position in the file, because some files use the same number for two links.
+            key = f"{each.get('id')} {number}"
             read.members[key] = connectors
             (actuators if each.get("actuator") == "true" else elements)[key] = each
     for keys, grounded in _fastened(read, elements):

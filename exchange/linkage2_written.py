@@ -8,7 +8,7 @@ from exchange.linkage2 import SOURCE
 
 # maps the unit of the mechanism to the unit of the exported file, and to the factor for the conversion of lengths
 WRITTEN = {"mm": ("Millimeters", 1.0), "cm": ("Millimeters", 10.0), "m": ("Millimeters", 1e3), "in": ("Inches", 1.0)}
-MARGIN = 0.05  # at each end, a slot is longer than the travel of its pin by MARGIN * travel
+MARGIN = 0.05  # each end of a slot is MARGIN * (travel of the pin) beyond the travel of the pin
 
 
 def linkage2_text(drawing: ForeignMechanism) -> str:
@@ -98,12 +98,13 @@ def _slot_limits(
         members.setdefault(f"{name} ground" if slot.on == GROUND else slot.on, []).extend(ends)
         fixed |= {*ends} if slot.on == GROUND else set()
         if not any(slot.point in points for points in members.values()):
-            members[f"{name} pin"] = [slot.point]  # in Linkage, a fixed pin in a moving slot is a link of its own
+            # In Linkage, a fixed pin in a moving slot needs a link that contains only this pin.
+            members[f"{name} pin"] = [slot.point]
     return limits
 
 
 def _slot_ends(drawing: ForeignMechanism, slot: Slot) -> tuple[complex, complex]:
-    """Return the positions of both ends of a slot, slightly beyond the travel of the pin.
+    """Return the positions of both ends of a slot that is slightly longer than the travel of its pin.
 
     If the travel is unknown, the pin may move by the size of the drawing in both directions.
     """
@@ -118,7 +119,7 @@ def _slot_ends(drawing: ForeignMechanism, slot: Slot) -> tuple[complex, complex]
 
 def _write_gear(ratios: ElementTree.Element, gear: ForeignGear, key_of: Mapping[str, str]) -> None:
     names, teeth = (gear.driver.get("link", ""), gear.follower.get("link", "")), gear.teeth
-    if _rolls_on_ground(gear):  # in Linkage, the driver is the fixed wheel instead of the carrier
+    if _rolls_on_ground(gear):  # In Linkage, the driver is the fixed wheel, whereas `gear.driver` is the carrier.
         names, teeth = (f"{gear.driver['at']} wheel", names[1]), gear.ratio > 0
     elif not {*names} <= key_of.keys() or (gear.ratio < 0) != gear.teeth:
         raise ExchangeError(f"{SOURCE} does not support racks and internal gears")

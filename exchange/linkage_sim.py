@@ -1,4 +1,4 @@
-"""Mechanisms of linkage_sim, stored as JSON with bodies (each in its own axes), joints and drivers in SI units."""
+"""Import of mechanisms from the program linkage_sim: JSON with bodies (each in body axes), joints and drivers."""
 
 import cmath
 from collections.abc import Callable, Mapping, Sequence
@@ -155,7 +155,7 @@ def _pair(each: Mapping[str, Any], local: Mapping[str, Mapping[str, complex]]) -
 
 
 def _links_of_bodies(local: Mapping[str, Any], joints: Mapping[str, Mapping[str, Any]]) -> dict[str, str]:
-    """Return, for each body, the name of the body that represents its link.
+    """Return, for each body, the body that represents the link to which the body belongs.
 
     Bodies that fixed joints connect form one link. If the ground is one of the connected bodies, the ground represents
     the link; otherwise, the first body does.

@@ -36,7 +36,7 @@ SOURCE = "PMKS+"
 MASS = {"m": 1.0, "cm": 1e-3, "in": 0.45359237}
 INERTIA = {"m": 1.0, "cm": 1e-4, "in": 0.45359237 * 0.0254**2}
 FORCE = {"m": 1.0, "cm": 1.0, "in": 4.4482216152605}
-DEFAULT_MASS = 1.0  # default mass and default inertia of a link in PMKS+, in the units of the file
+DEFAULT_MASS = 1.0  # default value of the mass and also of the inertia of a link in PMKS+, in the units of the file
 MAX_OFFSET = 0.005  # a note names each pin that is moved into its slot by more than MAX_OFFSET * (length of the slot)
 BODY_DOCUMENT = "pmks2:"  # files that were saved with the body editor of PMKS+ start with this text
 
@@ -108,7 +108,7 @@ class _PmksReading:
         self.slides: dict[str, ForeignSlider] = {}
         sliding = [joint for joint in saved.joints if joint.has(SLIDES)]
         moved = {joint.key for joint in sliding}
-        # slots that end at a sliding pin are added last, because this pin may be moved when its own slot is added
+        # slots that end at a sliding pin are added last, because the pin may be moved when the slot of the pin is added
         for joint in sorted(sliding, key=lambda joint: bool(moved & {*joint.slot})):
             self._add_slot(joint)
 
@@ -146,7 +146,8 @@ class _PmksReading:
                 raise ExchangeError(f'the slot of "{joint.name}" of PMKS+ has no length')
             direction = (end - start) / abs(end - start)
             across = ((joint.place - start) * direction.conjugate()).imag
-            self.places[point] -= 1j * across * direction  # onto the slot: the file contains rounded positions
+            # Move the pin onto the line of the slot, because the positions in the file are rounded.
+            self.places[point] -= 1j * across * direction
             if abs(across) > MAX_OFFSET * abs(end - start):
                 self.notes.append(f'"{joint.name}" of PMKS+ is drawn outside its slot, and is moved into it here')
             low, high = sorted(((each - joint.place) * direction.conjugate()).real for each in (start, end))
@@ -156,7 +157,7 @@ class _PmksReading:
                 raise ExchangeError(f'the slot of "{joint.name}" of PMKS+ has an end that is not on its link')
             if on != GROUND:
                 self.links[on] = self.links[on].with_beam(*ends)
-            if on != GROUND and not low <= 0.0 <= high:  # pin beyond the end of the beam along the slot
+            if on != GROUND and not low <= 0.0 <= high:  # The pin is beyond the end of the beam along the slot.
                 self.links[on] = replace(self.links[on], rigid=True)
                 self.notes.append(f'"{joint.name}" of PMKS+ is drawn beyond the end of its slot, so {on} is rigid here')
         if joint.has(WELDED | SEALED):

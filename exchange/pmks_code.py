@@ -12,7 +12,7 @@ from exchange.foreign_mechanism import ExchangeError
 
 Record = TypeVar("Record")
 DIGITS = "0123456789ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz_-"  # digits of base 64
-CHECKS = DIGITS[:62]  # digits and letters, used in the length check and in the hash
+CHECKS = DIGITS[:62]  # characters of the length check and of the hash
 UNITS = ("in", "cm", "m")  # units of length; a file contains the index of its unit in this tuple
 HEAD = 4  # number of records before the first joint: one record each for switches, decimals, integers and units
 CLOCKWISE, NO_GRAVITY = 1 << 0, 1 << 8  # bits of the switches

@@ -13,7 +13,7 @@ WRITTEN = {"mm": ("cm", 0.1), "cm": ("cm", 1.0), "m": ("cm", 100.0), "in": ("in"
 # possible keys of joints; the key of a link consists of the keys of its joints
 KEYS = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz"
 ON_LINE = 1e-6  # a point is on the line of a slot if its distance from the line is below ON_LINE * (drawing size)
-SPARE = 0.1  # at each end, a slot is longer than the travel of its pin by SPARE * (size of the drawing)
+SPARE = 0.1  # each end of a slot is SPARE * (size of the drawing) beyond the travel of the pin
 
 
 def pmks_text(drawing: ForeignMechanism) -> str:
@@ -31,7 +31,7 @@ def pmks_text(drawing: ForeignMechanism) -> str:
 
 
 class _Writing:
-    """Converter of a mechanism to the records of PMKS+."""
+    """Converter of a mechanism to the contents of a file of PMKS+."""
 
     def __init__(self, drawing: ForeignMechanism) -> None:
         if drawing.gears:
@@ -132,7 +132,7 @@ class _Writing:
         return drives
 
     def saved(self) -> Saved:
-        """Return the records of the file. Driven links come first, because PMKS+ drives the first link at a joint."""
+        """Return the contents of the file. Driven links come first, because PMKS+ drives the first link at a joint."""
         drawing, called = self.drawing, Names()
         joints = tuple(self._joint(name, called) for name in self.used)
         order = [link for _, links in self.drives.values() for link in links]

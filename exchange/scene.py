@@ -25,8 +25,9 @@ MIN_SLENDERNESS = 4
 BLOCK = "100 g"  # assumed mass of a link with a single point
 METRES = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254}  # length of each unit [m]
 MAX_OFFSET, MAX_EXCESS = (
-    0.02,  # of a link of uniform bars: allowed offset of the centre of mass / total length of the bars
-    0.05,  # of a link of uniform bars: allowed difference of the inertia / inertia of the bars
+    # a link counts as uniform bars if (offset of its centre of mass) / (total length of the bars) is at most this
+    0.02,
+    0.05,  # a link counts as uniform bars if (difference of its inertia) / (inertia of the bars) is at most this
 )
 POSITIONS = 180  # number of positions per run in the scene file
 
@@ -80,9 +81,9 @@ def scene_text(drawing: ForeignMechanism) -> str:
 def elastic(drawing: ForeignMechanism) -> ForeignMechanism:
     """Return the mechanism without the mass data that would make links rigid, so that these links can bend.
 
-    For each of these links, the centre of mass and the inertia from the file are left out. If a bar with the mass of
-    the link would be too thick, the mass is also left out. A note names the link and the data that are left out. A link
-    with the attribute `rigid` stays rigid.
+    The centre of mass and the inertia of each such link are left out. If a bar with the mass of the link would be too
+    thick, the mass is also left out. A note names the link and the data that are left out. A link with the attribute
+    `rigid` stays rigid.
     """
     links, notes = dict(drawing.links), list(drawing.notes)
     for name, body in drawing.links.items():
@@ -99,7 +100,10 @@ def elastic(drawing: ForeignMechanism) -> ForeignMechanism:
 
 
 class _Link:
-    """Link of the scene file: beams with the assumed section, beams with the mass from the file, or a rigid link."""
+    """Link of the scene file.
+
+    The link either has beams with the assumed section, or has beams with the mass from the file, or is rigid.
+    """
 
     def __init__(self, drawing: ForeignMechanism, name: str, body: ForeignLink) -> None:
         self.drawing, self.name, self.body, self.points = drawing, name, body, drawing.points

@@ -18,7 +18,7 @@ def svg_text(
     unit: str,
     curves: Mapping[str, Sequence[complex]] = MappingProxyType({}),
 ) -> str:
-    """Return an SVG drawing with the same layers as a drawing from `dxf_text`. Its scale is 1:1 in print.
+    """Return an SVG drawing with the same layers as a drawing from `dxf_text`. In print, the drawing has full size.
 
     Parameters
     ----------

@@ -22,7 +22,7 @@ class Range(Struct, frozen=True):
     least, most
         Bounds of the quantity, both inclusive.
     outside
-        Consequence or advice if the quantity is outside the range, worded as the end of a sentence.
+        Consequence or advice if the quantity is outside the range, such as "the pin yields".
     """
 
     formula: str
@@ -50,5 +50,5 @@ class Range(Struct, frozen=True):
 
     @property
     def words(self) -> str:
-        """Statement of the range, with its source in parentheses."""
+        """Statement of the range, followed by the source of the range in parentheses."""
         return f"{self.condition} ({self.source})"

@@ -27,7 +27,7 @@ STROKE, STROKE_GAP = -0.6 - 0.75j, 0.85  # hatching: vector along a stroke, and 
 # of rails: distance from the centre line, length beyond each end of the travel, and half of the length of a short rail
 RAIL_OFFSET, RAIL_OVERHANG, SHORT_RAIL = 1.15, 3.0, 5.0
 
-# `offset` [m] in `hatched` and `rails` if both ends of a line have no offset in metres
+# argument `offset` for a line of constant size in the picture: both ends are given in symbol sizes only
 NO_LENGTH = np.zeros(2, complex)
 
 

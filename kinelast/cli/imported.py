@@ -24,12 +24,12 @@ if TYPE_CHECKING:
     from kinelast.scene.data import Scene
     from rigid import Mechanism
 
-# (distance between a limit of an oscillating drive and the stop of the mechanism) / (range between both stops)
+# (distance of each limit of an oscillating drive from the nearest stop of the mechanism) / (range between the stops)
 MARGIN = 0.01
 MIN_RANGE = 1e-6  # a drive counts as stuck if its range < MIN_RANGE * (full turn; for a slider: size of the mechanism)
 MAX_LIMIT_DIFFERENCE = 0.05  # (largest allowed change of a drive's limit by the export to PMKS+) / (range of the drive)
 MAX_DIFFERENCE_IN_STEP = 2e-3  # replaces `MAX_LIMIT_DIFFERENCE` if there are several drives, which must keep in step
-# number of positions per search for the limit of a drive; number of searches, each finer than the one before
+# number of positions in each search for the limit of a drive, and number of searches with successively finer positions
 STEPS, ROUNDS = 360, 2
 DEGREES = {"rpm": 6.0, "rad/s": 180 / pi}  # maps each unit of angular speed to its value in deg/s
 MAX_REASON = 300  # maximum number of characters of `Imported.reason`
@@ -56,8 +56,7 @@ class Imported(Struct, frozen=True):
     reason
         Reason why the mechanism does not move; empty if it moves.
     rigid
-        Names of rigid links with a moment of inertia from the file. The option --elastic can import them as elastic
-        links.
+        Names of rigid links with a moment of inertia from the file. The option --elastic can make these links elastic.
     no_cycle
         Reason why the motion never repeats, otherwise empty.
     """
@@ -186,7 +185,8 @@ def _within_limits(drawing: ForeignMechanism, mechanism: Mechanism, starts: np.n
         if whole < MIN_RANGE * (2 * pi if turns else size):
             continue
         low, high = min(low + MARGIN * whole, 0.0) / per_unit, max(high - MARGIN * whole, 0.0) / per_unit
-        low, high = float(f"{low:.9g}"), float(f"{high:.9g}")  # the rounded strokes must add up to zero
+        # round the limits instead of the strokes, so that the strokes in the scene file add up to zero
+        low, high = float(f"{low:.9g}"), float(f"{high:.9g}")
         strokes = (high, low - high, -low) if speed > 0 else (low, high - low, -high)
         law = to_and_fro(strokes, abs(speed) * DEGREES.get(drive.speed.split()[1], 1.0), unit)
         drives[number] = replace(drive, speed=None, law=law)
@@ -198,8 +198,7 @@ def _within_limits(drawing: ForeignMechanism, mechanism: Mechanism, starts: np.n
 
 
 def _limit(mechanism: Mechanism, starts: np.ndarray, number: int, target: float) -> float | None:
-    """Return the travel [rad or m] of a drive from its start to the stop of the mechanism, in the direction of
-    `target`.
+    """Return the travel [rad or m] of a drive from its start towards `target`, up to a stop of the mechanism.
 
     All other drives rest. Return None if the drive reaches `target` before any stop.
     """

@@ -37,7 +37,7 @@ class Option:
     choices
         Allowed values; empty if all values are allowed.
     belongs
-        Name of another option that the command line must contain together with this one; empty if there is none.
+        Name of another option that must be given together with the option; empty if there is none.
     bare
         Value of the option if its flag is given without a value.
     many
@@ -199,6 +199,7 @@ def diagrams(text: str) -> tuple[str, ...]:
     requested = names(text)
     for name in requested:
         if name not in (*DIAGRAMS, *FIELDS):
-            near = likely(name, DIAGRAMS).partition("; there is")[0]  # without the names: the message lists them
+            # cut the names from the advice, because the message below lists all names
+            near = likely(name, DIAGRAMS).partition("; there is")[0]
             raise OptionError(f'there is no diagram "{name}"{near}; all: {", ".join(DIAGRAMS)}')
     return requested

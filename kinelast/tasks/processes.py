@@ -107,8 +107,8 @@ def _start_worker(work: Callable[[Any], Any]) -> _Worker:
     context = multiprocessing.get_context("spawn")
     here, there = context.Pipe()
     process = context.Process(target=_serve, args=(there, work), daemon=True)
-    # Start the resource tracker of multiprocessing first: its start would unblock the interrupts that are blocked
-    # below.
+    # Start the resource tracker of multiprocessing before interrupts are blocked, because its start unblocks
+    # interrupts.
     resource_tracker.ensure_running()
     with signals_held_back([signal.SIGINT]):
         process.start()
@@ -123,7 +123,7 @@ def _dismiss(workers: list[_Worker], worker: _Worker) -> None:
 
 
 def _ready(workers: list[_Worker]) -> list[_Worker]:
-    """Wait until at least one worker has returned a result or died; return these workers."""
+    """Wait until a worker has returned a result or died. Return all workers that have done so."""
     ready = set(wait([each for worker in workers for each in (worker.line, worker.process.sentinel)]))
     return [worker for worker in workers if worker.line in ready or worker.process.sentinel in ready]
 

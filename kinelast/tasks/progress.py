@@ -25,7 +25,7 @@ class Progress:
         """Print a message for the user."""
 
     def within(self, name: str) -> Progress:
-        """Return a callback that puts a name in front of each stage and message, and passes them to this callback."""
+        """Return a callback that reports to this callback, with a name in front of each stage and message."""
         return _NamedProgress(self, name)
 
 
@@ -81,7 +81,7 @@ def stoppable() -> Iterator[None]:
 
     def stop(number: int, _frame: Any) -> NoReturn:
         for each in SIGNALS:
-            signal.signal(each, signal.SIG_IGN)  # a further signal must not interrupt the cleanup
+            signal.signal(each, signal.SIG_IGN)  # a second stop signal must not interrupt the cleanup
         _received.append(number)
         if alarms:
             signal.setitimer(signal.ITIMER_REAL, AGAIN, AGAIN)
@@ -185,8 +185,8 @@ def one_thread() -> Iterator[None]:
 def _controller(_: bool) -> ThreadpoolController | None:
     """Return the thread controller, or None if the package threadpoolctl is not installed.
 
-    The argument is True if scipy is loaded, and serves only as the key of the cache. Loading scipy adds a library for
-    linear algebra, so that a new controller is necessary.
+    The argument is True if scipy is loaded. It is only the key of the cache. Loading scipy adds a library for linear
+    algebra, so that a new controller is necessary.
     """
     try:
         from threadpoolctl import ThreadpoolController

@@ -193,5 +193,5 @@ def options_of(*lists: type) -> dict[str, Option]:
 
 
 def written() -> set[str]:
-    """Return the names of all files and folders in the results of a scene, except movies."""
+    """Return the names of all files and folders that the results of a scene can contain, except movies."""
     return {*ALWAYS, *(name for each in options_of(Request, Batch).values() for name in each.writes)}

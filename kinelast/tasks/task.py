@@ -97,7 +97,7 @@ def foreign_words(argument: str) -> str:
 
 
 def _inside(folder: Path) -> list[Path]:
-    """Return the scenes in a folder and its subfolders, except in hidden folders."""
+    """Return all scene files in a folder and its subfolders, except files in hidden folders."""
     found = [path for path in sorted(folder.rglob("*.toml")) if path.is_file()]
     return [path for path in found if not any(part.startswith(".") for part in path.relative_to(folder).parts)]
 
@@ -134,7 +134,7 @@ FINE, CHECK_FAILED, BAD_INPUT, BUG = 0, 1, 2, 3
 """Exit statuses. The command returns the largest status of all scenes."""
 DONE, FAILED, SKIPPED = "done", "failed", "skipped"
 MESSAGE = 1000  # maximum number of characters per line of a message
-# packages of this project, which pip cannot install separately
+# Packages of this project. If an import of one of them fails, `missing_package` does not advise to install it with pip.
 OURS = ("kinelast", "rigid", "elastic", "symbols", "machine", "fem_check", "animations", "exchange")
 TO_INSTALL = {  # maps a missing module to the package to install, if their names differ
     "imageio_ffmpeg": "imageio[ffmpeg]",

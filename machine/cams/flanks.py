@@ -71,7 +71,7 @@ class Cam(Struct, frozen=True, eq=False):
 
     @property
     def flanks(self) -> tuple[bool, ...]:
-        """One flag per flank: True for an outer flank, False for an inner flank."""
+        """One flag for each flank of the cam: True for an outer flank, False for an inner flank."""
         return {INNER: (False,), OUTER: (True,), BOTH: (False, True)}[self.flank]
 
 
@@ -157,8 +157,8 @@ class CamFlank(Struct, frozen=True, eq=False, dict=True):
     def force(self, effort: Any) -> Reals:
         """Return the normal contact force [N] equivalent to the torque or force `effort` of a drive.
 
-        The force is negative if the cam would have to pull the follower. The force follows from virtual work, so it is
-        also defined at rest.
+        The force is negative if the cam would have to pull the follower. The force is computed from virtual work, and
+        is therefore also defined at rest.
         """
         with np.errstate(divide="ignore", invalid="ignore"):
             return np.asarray(effort / self.lever)
@@ -200,7 +200,7 @@ def cam_flank(motion: Motion, cam: Cam, pace: Any = 1.0, outer: bool = False) ->
     pace
         (Speed of the cam in this motion) / (nominal speed `Cam.speed`). The ratio may differ between designs.
     outer
-        True for the flank of a ring and for the outer flank of a groove.
+        True if the flank is that of a ring, or the outer flank of a groove.
     """
     speed = cam.speed * pace
     turn = np.exp(1j * speed * motion.time)

@@ -123,7 +123,7 @@ def _work(unit: Motion, force: Sequence[Any], moment: Sequence[Any]) -> Any:
 
 @lru_cache(maxsize=8)
 def _without(mechanism: Mechanism, push: CamPush) -> Mechanism:
-    """Return the mechanism without the contact forces of cams."""
+    """Return the mechanism without the load `push`, the contact forces of cams."""
     return replace(mechanism, loads=tuple(load for load in mechanism.loads if load is not push))
 
 

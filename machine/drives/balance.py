@@ -1,8 +1,8 @@
 """Counterweights and springs that balance a machine, computed by linear least squares over a cycle.
 
-A counterweight on a link pinned to the ground adds to the link's first moment of mass. The shaking force and the effort
-due to gravity are linear in the first moment. The effort due to a torsion spring at the pin is linear in the stiffness
-and in the preload moment. Derivation: docs/machine.md.
+A counterweight on a link that is pinned to the ground changes the first moment of mass of this link. The shaking force
+and the effort due to gravity are linear in the first moment. The effort due to a torsion spring at the pin is linear in
+the stiffness and in the preload moment. Derivation: docs/machine.md.
 """
 
 from collections.abc import Sequence

@@ -98,9 +98,9 @@ def least_torque_ratio(motor: Motor, effort: Any, rate: Any, acceleration: Any, 
 
     For the ratio n, the mean square of the torque is A / n^2 + 2 B + C n^2. A is the mean square of `gear_effort`. C is
     the mean square of (inertia of rotor and gearbox * acceleration of the drive). B does not depend on n. The minimum
-    is at n^4 = A / C. The ratio is limited to the value at which the motor reaches the smaller of its rated and top
-    speeds. If the drive has no acceleration, the result is the ratio at this limit. Range: the efficiency and the
-    inertia of rotor and gearbox do not depend on the ratio.
+    is at n^4 = A / C. The ratio is limited so that the motor speed exceeds neither the rated speed nor the top speed.
+    If the drive has no acceleration, the result is the ratio at this limit. Range: the efficiency and the inertia of
+    rotor and gearbox do not depend on the ratio.
     """
     transmitted = mean(gear_effort(motor, effort, rate) ** 2, weight)
     inertial = mean((motor.inertia * np.asarray(acceleration)) ** 2, weight)

@@ -231,8 +231,8 @@ class Pin(Struct, frozen=True, eq=False):
     def bending(self, history: JointHistory) -> Reals:
         """Return the largest bending stress for uniform pressure in eye and cheeks [Pa], shape (..., positions).
 
-        The moment is M = F (eye + 2 cheek + 4 gap)/8 between two cheeks. For an overhung pin, clamped at the cheek, it
-        is M = F (gap + eye/2).
+        The moment is M = F (eye + 2 cheek + 4 gap)/8 between two cheeks. For an overhung pin, clamped at the cheek, the
+        moment is M = F (gap + eye/2).
 
         References
         ----------

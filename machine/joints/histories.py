@@ -110,11 +110,11 @@ class JointHistory(Struct, frozen=True, eq=False, dict=True):
         return np.where(np.abs(turns) >= MIN_TURNS, np.sign(turns), 0.0).astype(int)
 
     def polar(self, of_child: bool) -> Complexes:
-        """Return the polar load diagram: complex force on child or parent, in its axes [N], shape (..., positions)."""
+        """Return the polar load diagram: force on a link in link axes (complex) [N], shape (..., positions)."""
         return self.force * np.conj(self.child) if of_child else -self.force * np.conj(self.parent)
 
     def force_turns(self, of_child: bool) -> Reals:
-        """Return the number of turns of the force in the axes of the child or parent during a run, shape (...).
+        """Return how many turns the force makes during a run, seen in the axes of the child or parent, shape (...).
 
         If the number is about 0, the force stays on one side of the ring: a point load, which allows a loose fit. If
         the number is 1 or more, the force moves around the ring: a circumferential load, which needs a tight fit.
@@ -201,13 +201,13 @@ def clearance_effects(
     forces
         Force on the child link at each joint with clearance, in ground axes [N], by joint index.
     link, point
-        Output link, and the point in its axes; None for the angle of the link.
+        Output link, and output point in the axes of this link. If `point` is None, the output is the angle of the link.
 
     Returns
     -------
-    Two arrays of shape (..., positions). The first is the largest possible displacement. For each direction, the
-    largest contributions of all pins are added; the largest of these sums is the result. The second is the displacement
-    if the joint forces press all pins against their holes.
+    Two arrays of shape (..., positions). The first array is the largest possible displacement. For each direction, the
+    largest contributions of all pins are added; the largest of these sums is the result. The second array is the
+    displacement if the joint forces press all pins against their holes.
     """
     rows, pressed = [], np.zeros(motion.columns, complex)
     for number, clearance in clearances.items():
@@ -219,7 +219,7 @@ def clearance_effects(
             direction = np.where(np.abs(force) > 0.0, force / np.abs(force), 0.0)
         pressed = pressed - half * (
             np.real(direction) * across + np.imag(direction) * up
-        )  # the child is displaced against the force on it
+        )  # the child moves in the direction opposite to the force on the child
     worst = np.zeros(motion.columns)
     for toward in np.exp(1j * np.pi * np.arange(DIRECTIONS if point is not None else 1) / DIRECTIONS):
         parts = (np.hypot(np.real(np.conj(toward) * x), np.real(np.conj(toward) * y)) for x, y in rows)

@@ -83,8 +83,8 @@ class FatigueStrength(Struct, frozen=True, eq=False):
         Parameters
         ----------
         below
-            True if amplitudes below the limit also do damage, because other amplitudes of the same spectrum exceed the
-            limit. The second line is then extended to any number of cycles. Without a second line, the first line
+            True if amplitudes below the endurance limit also do damage, because the stress has other amplitudes above
+            this limit. The second line is then extended to any number of cycles. Without a second line, the first line
             continues after the knee with the exponent 2 k - 1.
 
         References
@@ -193,7 +193,7 @@ def size_factor(diameter: Any) -> Reals:
 def effective_diameter(depth: Any, width: Any, rounded: bool) -> Reals:
     """Return the diameter [m] of the rotating round bar that is equivalent to a section in bending.
 
-    Bar and section are equivalent if the stress exceeds 95 % of its largest value over equal areas of both.
+    Bar and section are equivalent if the areas with more than 95 % of the largest stress are equal.
 
     Parameters
     ----------
@@ -222,6 +222,6 @@ def reliability_factor(reliability: float) -> float:
     >>> round(reliability_factor(0.99), 3)
     0.814
     """
-    from statistics import NormalDist  # imported here, because it is slow to load and rarely needed
+    from statistics import NormalDist  # imported here, because this module is slow to load and rarely needed
 
     return 1.0 - RELATIVE_SPREAD * NormalDist().inv_cdf(reliability)

@@ -77,7 +77,7 @@ class Fatigue(Struct, frozen=True, eq=False, dict=True):
 
     @cached_property
     def damage(self) -> Largest:
-        """Largest Miner's sum of one run for each beam, with its location; infinite if the beam breaks."""
+        """Largest Miner's sum of one run for each beam, and its location; infinite if the beam breaks."""
         excess = _by_point(self.excess)  # (beams, ..., points)
         shape = excess.shape[:-1]
         total, place = np.zeros(shape), np.zeros(shape, int)
