@@ -47,7 +47,8 @@ def linkage2_text(drawing: ForeignMechanism) -> str:
         connector = ElementTree.SubElement(root, "connector", keys)
         for limit in limits.get(name, ()):
             ElementTree.SubElement(connector, "slidelimit", {"id": number[limit]})
-    # driven links come first in the file, because in Linkage an input drives the first link at its pin
+    # driven links come first in the file, because an input of Linkage drives the first listed link at the pin of the
+    # input
     first = {drive.joint["link"] for drive in drives}
     key_of = {name: str(at) for at, name in enumerate(sorted(members, key=lambda link: link not in first), 1)}
     for name, key in key_of.items():

@@ -86,7 +86,7 @@ def _with_blocks(
     """Return the sliders and slots, each with the name of the link that slides.
 
     The link of a slider is new: a block with a single point. The link of a slot is the first listed link that contains
-    the pin of the slot. A slot is left out if no link contains its pin, or if a slider moves its pin.
+    the pin of the slot. A slot is left out if no link contains the pin of the slot, or if a slider moves this pin.
     """
     driven = {slide.through for slide in slides.values()}
     blocks = {}
@@ -105,7 +105,7 @@ def _with_blocks(
 def _holder(slot: Slot, slides: Mapping[str, ForeignSlider], links: Mapping[str, ForeignLink]) -> str | None:
     """Return the name of the first link at the pin of a slot.
 
-    If there is no such link, return the name of a slider through the pin. If there is no slider either, return None.
+    If there is no such link, return the name of a slider that moves the pin. If there is no slider either, return None.
     """
     sliding = (name for name, slide in slides.items() if slide.through == slot.point)
     return next((name for name, body in links.items() if slot.point in body.points), next(sliding, None))

@@ -90,7 +90,7 @@ def _attached_parts(
 ) -> Iterator[tuple[Any, Any]]:
     """Yield paths and entries of the copied masses, welds, slots, sliders, and drives.
 
-    Only drives with a constant speed and without further settings (e.g. a motor) are copied.
+    A drive is copied if its speed is constant and it has no further settings, such as a motor.
     """
     for point, mass in tables.get("masses", {}).items():
         if named.get(point, point) != point:

@@ -110,6 +110,13 @@ class Displaced(Struct, frozen=True, eq=False, dict=True):
             return total
         return total + self.foreshortening.accelerations(self.history, self.residual.moved, self.amplitudes)
 
+    @property
+    def inertia_load(self) -> Reals:
+        """Inertia forces on the coordinates due to all accelerations, with opposite sign, shape (points, r)."""
+        kinematics = self.vibration.problem.terms.kinematics
+        inertia = masses(kinematics.structure) * np.conj(self.accelerations)
+        return np.asarray((kinematics.mass_displacements[1:].swapaxes(-1, -2) @ inertia[..., None])[..., 0].real, float)
+
     @cached_property
     def viscous(self) -> Reals:
         """Damping forces conjugate to the strains, times the integration weights, shape (points, rows).

@@ -178,7 +178,7 @@ def geometrically_exact(
         exact = solve_exact(vibration, tolerance, discretization.cutoff, guess=now)
         exact = replace(exact, steps=(steps_taken := steps_taken + exact.steps))
         moving = replace(vibration, history=exact.displaced.history)
-        grid_error, finer = time_error(moving, discretization.time_tolerance)
+        grid_error, finer = time_error(moving, discretization.time_tolerance, exact.displaced.inertia_load)
         if refined and grid_error <= VIBRATION.min_refined_ratio * discretization.time_tolerance:
             finer = None
         answer_now = _assembled(linear, exact, vibration, discretization, grid_error)

@@ -114,18 +114,23 @@ class Vibration(Struct, frozen=True, eq=False, dict=True):
         return self.beam_displacements(self.history[0])
 
     @property
-    def unresolved(self) -> Reals:
-        """Part of the vibration that each time element does not resolve, relative to the largest displacement.
+    def inertia_load(self) -> Reals:
+        """Inertia forces on the coordinates due to their accelerations, with opposite sign, shape (points, r)."""
+        return np.asarray((self.problem.equations.mass @ self.history[2][..., None])[..., 0], float)
 
-        The shape is (elements,). This is the largest of three unresolved parts: of the displacements, of the static
-        displacements under the inertia forces, and of the axial forces. The part of the axial forces has a small
-        weight, because axial vibration is faster than bending and hardly affects it.
+    def unresolved(self, inertia_load: Reals) -> Reals:
+        """Return the part of the vibration that each time element does not resolve.
+
+        It is relative to the largest displacement. The shape is (elements,). This is the largest of three unresolved
+        parts: of the displacements, of the static displacements under the inertia forces, and of the axial forces. The
+        part of the axial forces has a small weight, because axial vibration is faster than bending and hardly affects
+        it.
         """
-        terms, (_, _, x2) = self.problem.terms, self.history
-        forces = self.problem.equations.mass @ x2[..., None]
-        bent: Any = np.linalg.solve(terms.elastic, forces if terms.elastic.ndim == 3 else forces[..., 0].T)
+        terms = self.problem.terms
+        many = terms.elastic.ndim == 3
+        bent: Any = np.linalg.solve(terms.elastic, inertia_load[..., None] if many else inertia_load.T)
         moved = self.displacements
-        by_inertia = self.beam_displacements(bent[..., 0] if bent.ndim == 3 else bent.T)
+        by_inertia = self.beam_displacements(bent[..., 0] if many else bent.T)
         greatest = np.abs(moved).max()
         tails = [terms.grid.tail(values, greatest) for values in (moved, by_inertia)]
         return np.maximum.reduce([*tails, VIBRATION.axial_weight * self.unresolved_axial])

@@ -344,15 +344,18 @@ def _interpolated_rates(sliding: Sliding, known: Grid, grid: Grid) -> Sliding:
     return tuple((number, sampler(rate), creep) for number, rate, creep in sliding)
 
 
-def time_error(solved: Vibration, tolerance: float) -> tuple[float, Grid | None]:
+def time_error(solved: Vibration, tolerance: float, inertia_load: Reals | None = None) -> tuple[float, Grid | None]:
     """Return the error due to time elements, and a finer grid (or None if no finer grid should be used).
+
+    `inertia_load` is the load of all accelerations on the coordinates, by default that of the coordinates themselves.
 
     The error is relative to the largest displacement. The finer grid is None if the error meets the tolerance, or if
     there are already more than `VIBRATION.max_elements` elements. Errors in elements that are too short to be divided
     are ignored: they are due to a jump in the loads within the element, which division does not resolve.
     """
     grid = solved.problem.terms.grid
-    error = np.where(_divisible(grid), VIBRATION.time_error_ratio * solved.unresolved, 0.0)
+    unresolved = solved.unresolved(solved.inertia_load if inertia_load is None else inertia_load)
+    error = np.where(_divisible(grid), VIBRATION.time_error_ratio * unresolved, 0.0)
     if error.max() <= tolerance or len(error) > VIBRATION.max_elements:
         return float(error.max()), None
     aim = VIBRATION.refined_error * tolerance

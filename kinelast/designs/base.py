@@ -125,13 +125,13 @@ def base_of(document: Document, paths: Sequence[str], figures: Sequence[str | fi
     keys = {measure.figure.key for measure in known.values()}
     requested = {name.partition(".")[0] for name in figures or () if isinstance(name, str)}
     bounded = {limit.figure for limit in limits_of(scene)}
-    # Some figures need an output: choose an output, because the scene names none.
+    # Some figures need an output point or angle. The scene names none, so choose one.
     if scene.output is None and not requested | bounded <= keys:
         known = design_measures(scene, output_of(scene))
     default = [name for name, each in known.items() if each.figure.listed and each.items is None]
     names: Sequence[str | figure.Figure] = default if figures is None else figures
     on_axis = tuple(_on_axis(table, scene, place) for place in places)
-    # A `Figure` object may use data with one value per position.
+    # Some `Figure` objects need data with one value per position.
     by_position = not all(isinstance(name, str) for name in names)
     return Base(document, places, on_axis, tuple(chosen(known, names)), by_position)
 
@@ -193,8 +193,8 @@ def _follows_its_drawing(table: SceneTable, scene: Scene) -> bool:
     """Return True if the drawn positions of the points determine the assembly branch of each design.
 
     The following conditions must be met. All groups of links must be driven links or dyads. There must be no gears. The
-    stroke of a drive must not depend on the drawn start position, see `_stroke_depends_on_start`. A drive that starts
-    at the drawn position must be the only drive.
+    stroke of a drive must not depend on the drawn start position, see `_stroke_depends_on_start`. If a drive starts at
+    the drawn position, the mechanism must not have another drive.
     """
     closed = all(group.closed_form for group in structure(scene.mechanism).groups)
     start_drawn = any(drive.start is None and drive.motion is None and drive.link for drive in table.drives)

@@ -67,7 +67,7 @@ def evaluate(
     Parameters
     ----------
     scene
-        Document of a scene, or tables of a scene file.
+        A scene as a parsed document, or the tables that were read from a scene file.
     paths
         Paths of the differing input values, such as "sections.bar.depth".
     values

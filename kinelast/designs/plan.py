@@ -147,7 +147,7 @@ def plan_of(scene: document.Document | document.Tables, folder: Path = Path()) -
     Parameters
     ----------
     scene
-        Document of a scene, or tables of a scene file.
+        A scene as a parsed document, or the tables that were read from a scene file.
     folder
         Folder of the scene file. If the sweep names a CSV file with designs, the file is read from this folder.
 

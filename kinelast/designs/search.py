@@ -89,8 +89,8 @@ PRECISION = 1e-13  # sequential quadratic programming ends when (change in cost)
 # Differential evolution: (population size) / (number of variables), maximum number of generations.
 POPULATION, GENERATIONS = 15, 400
 ITERATION_LIMIT_STATUS = 9  # status that scipy returns if a search reaches the maximum number of iterations
-# Local searches use PENALTY if (cost) / (cost at the start) is unknown, and -PENALTY if a relative margin is unknown. A
-# differential evolution replaces violations above PENALTY by PENALTY.
+# Local searches replace an unknown (cost) / (cost at the start) by PENALTY, and an unknown relative margin by -PENALTY.
+# Differential evolution limits each violation to PENALTY.
 PENALTY = 1e3
 # A differential evolution uses the cost INFEASIBLE * (1 + violation) for infeasible designs, to exceed all feasible
 # costs.

@@ -76,6 +76,7 @@ FINE_WITH_FRICTION = 0.02  # the same with friction; small enough to show whethe
 FINEST = 1e-6  # smallest solver tolerance if no theory is requested; smaller ones take minutes or do not converge
 EXACT = 0.02  # solver tolerance of an exact answer, relative to the accuracy, if this theory is not requested
 FAR = 3.0  # if vibration changes the largest deflection by more, relative to the accuracy, it is not neglected
+MAX_FINER_WORK = 60_000  # largest elements * coordinates^2 of an exact answer for which a finer one is computed (1 min)
 MAX_LAST_CHANGE = 0.25  # largest last change of the first steps, relative to the accuracy, if their result is an answer
 MAX_ROTATION = 4.0  # [rad] vibration is not computed if a section rotates by more
 SAME = 1e-9  # largest relative change in bending moments over time of a machine at rest, due to round-off
@@ -344,7 +345,12 @@ class _Answers(Struct, frozen=True, eq=False, dict=True):
         return self._answer(QUASI_STATIC, None, {}, large)
 
     def _worth_measuring(self, answer: Elastodynamic, wanted: float) -> bool:
-        """Return whether the discretization error has to be measured by a finer discretization."""
+        """Return whether the discretization error has to be measured by a finer discretization.
+
+        It is not measured for a geometrically exact answer if the finer answer would take too long.
+        """
+        if answer.exact is not None and answer.elements * answer.coordinates**2 > MAX_FINER_WORK:
+            return False
         return worth_halving(self.scene.mechanism, answer.elements, answer.bound, self.accepted_bound(wanted))
 
     def _large_displacement(

@@ -98,7 +98,7 @@ def _inertias(motion: Motion, called: Mapping[str, str], scale: float) -> dict[s
 def _steady_loads(motion: Motion, called: Mapping[str, str]) -> tuple[ForeignLoad, ...]:
     """Return the constant forces at points of links, as complex numbers in the axes of the ground.
 
-    If a force turns with a link, return the direction of the force in the initial position.
+    If a force turns with a link, its components in the initial position are returned.
     """
     from exchange import ForeignLoad
 

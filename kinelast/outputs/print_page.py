@@ -29,7 +29,7 @@ from kinelast.outputs.words import (
 from kinelast.scene.numbers import capitalized, number
 from kinelast.scene.reading import GOOD, Reading
 
-PAPER, MARGIN = 8.27 + 11.69j, 0.6  # [in] width and height of A4 paper as a complex number, and margin
+PAPER, MARGIN = 8.27 + 11.69j, 0.6  # width and height of A4 paper as a complex number, and margin; both in inches
 WIDTH = PAPER.real - 2 * MARGIN  # [in] width of text and picture
 # [in] smallest and largest height of the picture, and gap above and below the picture
 LEAST_PICTURE, MOST_PICTURE, GAP = 1.5, 4.6, 0.12

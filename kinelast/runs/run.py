@@ -71,7 +71,7 @@ def _scene(task: Task, request: Request, resume: bool, progress: Progress) -> Ou
     if request.changes:
         document = document.with_changes(request.changes)
     scene = document.scene
-    limits_of(scene)  # raises an error if a limit names an unknown result, before the long computation starts
+    limits_of(scene)  # an unknown result in a limit raises an error here, before the long computation starts
     positions = scene.run.positions
     long = is_long(scene, positions)
     if long and (request.nonlinear or request.solid):

@@ -57,8 +57,8 @@ def gear_effort(motor: Motor, effort: Any, rate: Any) -> Reals:
     """Return the effort of the drive including gearbox losses [N m or N].
 
     The effort is divided by the efficiency if the motor drives the load, and multiplied by the efficiency if the load
-    drives the motor. The result is the effort at the drive, not at the motor shaft. Range: the efficiency is the same
-    in both directions, and at any load and speed.
+    drives the motor. The result is the effort at the drive, not at the motor shaft. Assumption: the efficiency is the
+    same in both directions, and at any load and speed.
 
     Parameters
     ----------
@@ -99,8 +99,8 @@ def least_torque_ratio(motor: Motor, effort: Any, rate: Any, acceleration: Any, 
     For the ratio n, the mean square of the torque is A / n^2 + 2 B + C n^2. A is the mean square of `gear_effort`. C is
     the mean square of (inertia of rotor and gearbox * acceleration of the drive). B does not depend on n. The minimum
     is at n^4 = A / C. The ratio is limited so that the motor speed exceeds neither the rated speed nor the top speed.
-    If the drive has no acceleration, the result is the ratio at this limit. Range: the efficiency and the inertia of
-    rotor and gearbox do not depend on the ratio.
+    If the drive has no acceleration, the result is the ratio at this limit. Assumption: the efficiency and the inertia
+    of rotor and gearbox do not depend on the ratio.
     """
     transmitted = mean(gear_effort(motor, effort, rate) ** 2, weight)
     inertial = mean((motor.inertia * np.asarray(acceleration)) ** 2, weight)

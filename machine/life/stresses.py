@@ -77,7 +77,10 @@ class Fatigue(Struct, frozen=True, eq=False, dict=True):
 
     @cached_property
     def damage(self) -> Largest:
-        """Largest Miner's sum of one run for each beam, and its location; infinite if the beam breaks."""
+        """For each beam: the largest Miner's sum that one run causes, and its location.
+
+        The sum is infinite if the beam breaks.
+        """
         excess = _by_point(self.excess)  # (beams, ..., points)
         shape = excess.shape[:-1]
         total, place = np.zeros(shape), np.zeros(shape, int)
@@ -136,7 +139,7 @@ def _ends(values: Any) -> tuple[Reals, Reals]:
 
 
 def _stress_histories(sides: Sequence[Any], index: Any) -> Reals:
-    """Return the stress history of each beam at the point `index` of `_by_point`, shape (beams, ..., positions)."""
+    """Return the stress history of each beam at its point number `index`, shape (beams, ..., positions)."""
     at, fibre = index % len(STATIONS), index // len(STATIONS)
     left, right = (np.take_along_axis(side, at[..., None, None], -1)[..., 0] for side in sides)
     return np.where(fibre[..., None] == 0, left, right)
