@@ -10,7 +10,7 @@ from msgspec.structs import replace
 from elastic import Section
 from elastic.elastodynamics import elastodynamic
 from elastic.elastodynamics.displaced_links import exact_loads
-from elastic.elastodynamics.exact_residual import residual_state, with_updated_foreshortening
+from elastic.elastodynamics.exact_residual import from_linear, residual_state, with_updated_foreshortening
 from elastic.elastodynamics.newton import solve_by_newton, tangent
 
 SPEED, STEP = 60.0, 1e-6
@@ -76,3 +76,14 @@ def test_the_tangent_equations(displaced, per_turn):
     matrices = equations.stiffness, equations.damping, equations.mass
     expected = -sum(matrix @ each[..., None] for matrix, each in zip(matrices, added, strict=True))[..., 0]
     assert np.abs((change - expected) * amplitudes).max() < 0.03 * np.abs(expected * amplitudes).max()
+
+
+def test_the_inertia_load_of_small_vibrations(displaced):
+    """Without foreshortening and residual response, it consists of the inertia terms of the linear equations."""
+    linear = replace(displaced.vibration, residual=None)
+    terms, (x, x1, x2) = linear.problem.terms, linear.history
+    parts = (terms.mass, x2), (terms.inertial_damping, x1), (terms.inertial_stiffness, x)
+    expected = sum((matrix @ each[..., None])[..., 0] for matrix, each in parts)
+    found = from_linear(linear).inertia_load
+    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-11 * np.abs(expected).max())
+    assert np.abs(found - linear.inertia_load).max() > 0.01 * np.abs(found).max()
