@@ -81,12 +81,13 @@ class FirstOrder(Struct, frozen=True):
     share: Reals
 
 
-def first_order(found: Sensitivities, tolerances: Sequence[Tolerance]) -> FirstOrder:
+def first_order(sensitivities: Sensitivities, tolerances: Sequence[Tolerance]) -> FirstOrder:
     """Return the first-order scatter of figures for independent input values.
 
     At a kink, the steeper one-sided derivative is used.
     """
-    slope = np.where(found.kink, np.maximum(abs(found.below), abs(found.above)), abs(found.slope))
+    one_sided = np.maximum(abs(sensitivities.below), abs(sensitivities.above))
+    slope = np.where(sensitivities.kink, one_sided, abs(sensitivities.slope))
     deviation = slope * np.array([each.deviation for each in tolerances])
     variance = (deviation**2).sum(axis=1)
     worst = (slope * np.array([each.half for each in tolerances])).sum(axis=1)

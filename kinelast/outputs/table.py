@@ -89,7 +89,7 @@ class Table(Struct, frozen=True, eq=False):
         return Table(tuple(map(converted, self.columns)))
 
     def chosen(self, patterns: Sequence[str]) -> Table:
-        """Return a table with the first column, and all other columns whose names match a pattern.
+        """Return a table with the first column, and all columns with a name that matches a pattern.
 
         A pattern may contain the wildcards `*` and `?`. If `patterns` is empty, return the whole table.
         """
