@@ -4,6 +4,7 @@ import csv
 import json
 import re
 import tomllib
+from pathlib import Path
 from xml.etree import ElementTree
 
 import numpy as np
@@ -22,7 +23,8 @@ from kinelast.scene.error import SceneError
 from kinelast.scene.parts.cam_courses import cam_flanks, cam_force, cam_lag, cam_pressure, cam_torque
 from kinelast.tasks.request import Request
 from machine.cams import OUTER, Cam, cam_flank, contact_modulus, cut_depth, line_pressure
-from rigid import drive_efforts
+from machine.drives import inertia_force, inertia_moment
+from rigid import drive_efforts, reactions
 
 TAPPET = """
 units = "mm"
@@ -704,3 +706,20 @@ def test_findings_on_cams():
     assert re.match(r"The cam plate cannot be made: its profile is undercut \(smallest radius \S+ mm", cut.text)
     assert left.level == "caution"
     assert "leaves the cam plate in part of the run: a spring with 29.59 N along the drive holds it" in left.text
+
+
+VALVE_TRAIN = (Path(__file__).parents[1] / "docs/gallery/valve_train.toml").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("push", [True, False])
+@pytest.mark.parametrize("text", [VALVE_TRAIN, SLOTTED], ids=["roller", "face"])
+def test_the_force_on_the_ground_is_the_inertia_force(text, push):
+    """The camshaft passes the contact force on to the ground, as the bearing of a drive does."""
+    tables = tomllib.loads(text)
+    [cam] = tables["cams"].values()
+    cam["push"] = push
+    motion = scene_motion(scene_from_dict(tables))
+    held = reactions(motion)
+    largest = max(np.abs(force).max() for force in held.force)
+    np.testing.assert_allclose(held.ground_force, inertia_force(motion), atol=1e-10 * largest)
+    np.testing.assert_allclose(held.ground_moment, inertia_moment(motion), atol=1e-10 * largest)

@@ -14,7 +14,7 @@ from rigid import Mechanism, Motion, with_rates
 from rigid.arrays import Flags, Real, Reals
 from rigid.kinematics import by_laws
 from rigid.kinetostatics import link_loads
-from rigid.plane import dot
+from rigid.plane import cross, dot
 
 # the forces of n cams count as undetermined if |det L| <= MIN_DETERMINANT * (largest |element of L|)^n, where L is the
 # matrix of the values of `_lever` for all pairs of a drive and a cam
@@ -29,6 +29,8 @@ HERTZ_RANGE = Range(
 class CamPush(Struct, frozen=True, eq=False):
     """Load on the followers of cams: contact forces replace the efforts of the drives that the cams move.
 
+    The opposite forces act on the ground, which carries the camshafts.
+
     At a position with a zero lever, a contact force cannot replace the effort of a drive. The contact force is then 0,
     and the drive keeps its effort.
 
@@ -39,6 +41,8 @@ class CamPush(Struct, frozen=True, eq=False):
     laws
         Motion laws of all drives: functions of time that return coordinate, rate and acceleration. The contact normals
         are computed from the rates that these laws return, and are therefore also known for a mechanism at rest.
+    ground
+        Name of the ground, and name of one of its points.
     names
         Names of the cams.
     differ
@@ -48,19 +52,25 @@ class CamPush(Struct, frozen=True, eq=False):
 
     cams: tuple[Cam, ...]
     laws: tuple[Callable[[Any], tuple[Reals, Reals, Reals]], ...]
+    ground: tuple[str, str]
     names: tuple[str, ...] = ()
     differ: Real = 0.0
 
     @property
     def points(self) -> Iterable[tuple[str, str]]:
-        """Points of application (link, point): the roller centre, or both ends of a face, which share the force."""
-        return [(cam.follower, point) for cam in self.cams for point in cam.points]
+        """Points of application (link, point): the roller centre, or both ends of a face, and a ground point."""
+        return [*((cam.follower, point) for cam in self.cams for point in cam.points), self.ground]
 
     def forces(self, motion: Motion) -> Iterator[tuple[str, str, Any, Any]]:
-        """Yield link, point, force and moment of each contact force on a follower, in ground axes."""
+        """Yield link, point, force and moment of each contact force on a follower and on the ground, in ground axes.
+
+        The two points of a face share the contact force.
+        """
         flanks = self._flanks(motion)
+        base = motion.mechanism.links[0].points[self.ground[1]]
         for cam, flank, force in zip(self.cams, flanks, self._pressing(motion, flanks), strict=True):
             push = force * flank.normal
+            yield *self.ground, -push, -cross(cam.centre + _contact(flank) - base, push)
             if cam.face is None:
                 yield cam.follower, cam.points[0], push, 0.0
                 continue
@@ -94,11 +104,15 @@ class CamPush(Struct, frozen=True, eq=False):
 def _lever(unit: Motion, flank: CamFlank) -> Any:
     """Return the drive effort that replaces a contact force of 1 N."""
     cam = flank.cam
-    arm = flank.follower if cam.face is None else flank.contact
     velocity = unit.velocity[cam.link] + 1j * unit.angular_velocity[cam.link] * (
-        arm + cam.centre - unit.origin[cam.link]
+        _contact(flank) + cam.centre - unit.origin[cam.link]
     )
     return dot(flank.normal, velocity)
+
+
+def _contact(flank: CamFlank) -> Any:
+    """Return a point on the line of the contact force, relative to the camshaft: the roller centre or the contact."""
+    return flank.follower if flank.cam.face is None else flank.contact
 
 
 def _solved(levers: Reals, efforts: Reals) -> Reals:

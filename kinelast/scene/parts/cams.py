@@ -233,7 +233,8 @@ def _loads(assembly: Assembly, cams: dict[str, Cam]) -> list[Load]:
         return []
     known = tuple(law for law in assembly.laws if callable(law))
     differ = np.zeros(np.broadcast_shapes(*(cam.designs for cam in pushing.values())))
-    return [CamPush((*pushing.values(),), known, (*pushing,), differ)]
+    ground = assembly.mechanism.links[0]
+    return [CamPush((*pushing.values(),), known, (ground.name, next(iter(ground.points))), (*pushing,), differ)]
 
 
 def require_moved(scene: Scene) -> None:

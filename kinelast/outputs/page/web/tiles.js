@@ -54,7 +54,7 @@ function tiles() {
         "Lowest natural frequency",
         `${number(lowest.value / (2 * Math.PI))} Hz${errorWords(lowest)}`,
         [ratio ? `${number(1 / ratio, 3)} times the drive's speed` : "", atWords(lowest)].filter(Boolean).join(", "),
-        { at: lowest },
+        { at: lowest, means: "of the elastic links, while each drive follows its motion law exactly" },
       ),
     );
   }
