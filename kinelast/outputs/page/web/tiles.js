@@ -49,11 +49,15 @@ function tiles() {
   const lowest = vibration?.natural[0]?.lowest;
   if (lowest) {
     const ratio = vibration.drive_to_lowest.value;
+    const held = Object.values(summary.cams ?? {}).map(({ drive, follower }) =>
+      `for a machine in which ${drive} is held; the cam holds ${follower} instead, which may lower it`
+    );
     shown.push(
       tile(
         "Lowest natural frequency",
         `${number(lowest.value / (2 * Math.PI))} Hz${errorWords(lowest)}`,
-        [ratio ? `${number(1 / ratio, 3)} times the drive's speed` : "", atWords(lowest)].filter(Boolean).join(", "),
+        [ratio ? `${number(1 / ratio, 3)} times the drive's speed` : "", atWords(lowest), ...held]
+          .filter(Boolean).join(", "),
         { at: lowest, means: "of the elastic links, while each drive follows its motion law exactly" },
       ),
     );
