@@ -148,14 +148,13 @@ class Foreshortening(Struct, frozen=True, eq=False, dict=True):
         sine, cosine = np.sin(phi)[:, None], np.cos(phi)[:, None]
         second_order = -cosine * self.along - sine * self.across
         third_order = sine * self.along - cosine * self.across
-        first_per_rotation = second_order * rate[:, None]
         per_rotation = (
             self._per_rotation(phi),
-            first_per_rotation,
+            second_order * rate[:, None],
             third_order * np.square(rate)[:, None] + second_order * second[:, None],
         )
         direct, feedback = (_product_rates(per_rotation, each) for each in (rotations, feedback_rotations))
-        inverse = np.linalg.inv(np.eye(len(self.along)) - feedback[0])
+        inverse = np.linalg.inv(self._feedback(phi, feedback_rotations[0]))
         per = inverse @ direct[0]
         first_per = inverse @ (direct[1] + feedback[1] @ per)
         second_per = inverse @ (direct[2] + feedback[2] @ per + 2 * feedback[1] @ first_per)

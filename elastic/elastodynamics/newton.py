@@ -1,11 +1,11 @@
 """Newton's method for the exact equations of links with large displacement, with load steps if necessary.
 
-Each step solves the linear equations of small vibrations about the displaced links (the operator). Their mass matrix
-includes the foreshortening of rotated beams, and their geometric stiffness is due to the current section forces. Before
-each step, the section forces are iterated to equilibrium at every instant, with constant inertia forces. In fast
-motion, a step corrects either the reduced coordinates alone, or the residual response too (see `stepped`). If the steps
-diverge, the loads of the rigid motion are increased from zero, so that the solution is found by continuation from the
-undeformed links. The derivation is in docs/theory.md.
+Each step solves the linear equations of small vibrations about the displaced links (the operator). The mass matrix of
+the operator includes the foreshortening of rotated beams. The geometric stiffness of the operator depends on the
+current section forces. Before each step, the section forces are iterated to equilibrium at every instant, with constant
+inertia forces. In fast motion, a step may correct only the reduced coordinates, and keep the residual response (see
+`stepped`). If the steps diverge, the loads of the rigid motion are increased from zero. Each solution is then the start
+for the next load. The derivation is in docs/theory.md.
 """
 
 from functools import partial
@@ -62,13 +62,13 @@ def solve_by_newton(linear: Vibration, tolerance: float, cutoff: float, guess: D
 def _with_foreshortening(now: Displaced) -> Displaced:
     """Return displaced links with separate foreshortening.
 
-    If it must be set up first, the residual response is set to zero, because it includes foreshortening.
+    The residual response of links without separate foreshortening includes foreshortening. It is therefore set to zero.
     """
     return now if now.foreshortening is not None else without_residual(now)
 
 
 def without_residual(now: Displaced) -> Displaced:
-    """Set the residual response of displaced links to zero, and compute the foreshortening of these links again."""
+    """Set the residual response of displaced links to zero, and compute the foreshortening again."""
     return with_new_foreshortening(replace(now, residual=_scaled_residual(now, 0.0)))
 
 
