@@ -86,6 +86,14 @@ def test_a_reserve_is_as_reliable_as_its_figure():
     assert not any(reserve.unreliable for reserve in reserves)
 
 
+def test_a_curve_with_a_large_error_is_not_called_reliable():
+    """The rod of Simeon's slider-crank bends, which brings its ends closer together than its stretch separates them."""
+    report = report_of(computed(kinelast.load("simeon_slider_crank"), Request()))
+    assert report.theory.courses["u"] == pytest.approx(1.19, abs=0.05)
+    assert not report.reliability.unreliable
+    assert trust_words(report) == ("all figures are reliable except curve of u (± 119 %)", "caution")
+
+
 def test_a_link_close_to_its_yield_stress_is_in_the_headline():
     """The crank is stressed to 87 % of its yield stress."""
     report = report_of(computed(kinelast.load("steel_four_bar"), Request()))

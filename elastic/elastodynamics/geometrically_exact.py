@@ -181,7 +181,8 @@ def geometrically_exact(
         grid_error, finer = time_error(moving, discretization.time_tolerance, exact.displaced.inertia_load)
         if refined and grid_error <= VIBRATION.min_refined_ratio * discretization.time_tolerance:
             finer = None
-        answer_now = _assembled(linear, exact, vibration, discretization, grid_error)
+        coarser = None if before > VIBRATION.max_convergence_error else best
+        answer_now = _assembled(linear, exact, vibration, discretization, grid_error, coarser)
         best = answer_now if best is None or _total_error(answer_now) < _total_error(best) else best
         needs_modes = tolerance < exact.convergence_error < VIBRATION.max_widening_ratio * before
         coarse, grid = discretization, finer or vibration.problem.terms.grid
@@ -205,7 +206,12 @@ def geometrically_exact(
 
 
 def _assembled(
-    linear: Elastodynamic, exact: ExactIterate, vibration: Vibration, discretization: Discretization, grid_error: float
+    linear: Elastodynamic,
+    exact: ExactIterate,
+    vibration: Vibration,
+    discretization: Discretization,
+    grid_error: float,
+    coarser: Elastodynamic | None,
 ) -> Elastodynamic:
     """Assemble the solution for displaced links. Its `deflection` is still the linear one."""
     return replace(
@@ -217,6 +223,7 @@ def _assembled(
         vibration=vibration,
         discretization=discretization,
         exact=exact,
+        coarser=coarser and replace(coarser, coarser=None),
     )
 
 

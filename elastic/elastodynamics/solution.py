@@ -73,6 +73,9 @@ class Elastodynamic(Struct, frozen=True, eq=False, dict=True):
         Discretization of `vibration`, or None if no link vibrates.
     exact
         Iterate for large displacement from which `deflection` was computed, or None for small displacements.
+    coarser
+        Solution for large displacement in the previous, coarser discretization, or None if there is none. Its
+        `deflection` is still the linear one.
     """
 
     deflection: Deflection
@@ -87,6 +90,7 @@ class Elastodynamic(Struct, frozen=True, eq=False, dict=True):
     vibration: Vibration | None = None
     discretization: Discretization | None = None
     exact: ExactIterate | None = None
+    coarser: Elastodynamic | None = None
 
     def __repr__(self) -> str:
         return f"Elastodynamic({self.coordinates} coordinates, {self.elements} elements, growth {self.growth:.3g})"

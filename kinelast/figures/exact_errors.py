@@ -1,4 +1,4 @@
-"""Errors of an answer by the geometrically exact theory of motion, measured by a finer answer or by one more step.
+"""Errors of an answer by the geometrically exact theory of motion, measured by another answer or by one more step.
 
 Errors are mappings by cause, see `figure_error`: corrected answers, and errors relative to the largest displacement.
 """
@@ -9,6 +9,7 @@ from elastic.elastodynamics import (
     finer_solution,
     finer_vibration,
     large_displacement_error,
+    moved_to,
     with_one_more_step,
 )
 from kinelast.figures.bounds import BOUND_OVER_ERROR
@@ -27,6 +28,18 @@ def estimated_errors_of_exact(exact: Elastodynamic) -> dict[str, float]:
     """Estimate the relative errors of an exact answer from its own convergence, without a finer answer."""
     discretized = (exact.time_error + exact.reduction_error) / BOUND_OVER_ERROR
     return {TIME: discretized, LARGE: ERROR_OVER_CHANGE * large_displacement_error(exact)}
+
+
+def errors_by_coarser(exact: Elastodynamic) -> Errors:
+    """Measure the errors of an exact answer by the answer in the previous, coarser discretization.
+
+    The difference between both answers is about the error of the coarser answer, and thus an upper bound on the error
+    of the finer answer. Without a coarser answer, the errors are estimated.
+    """
+    estimated = estimated_errors_of_exact(exact)
+    if exact.coarser is None:
+        return {}, estimated
+    return {TIME: moved_to(exact.coarser, exact.quasi_static)}, {LARGE: estimated[LARGE]}
 
 
 def errors_of_exact(

@@ -50,6 +50,7 @@ from kinelast.figures.cycle import Cycle, too_many_beams
 from kinelast.figures.errors import Estimate
 from kinelast.figures.exact_errors import (
     FORCES_LATER,
+    errors_by_coarser,
     errors_by_one_more_step,
     errors_of_exact,
     estimated_errors_of_exact,
@@ -345,12 +346,7 @@ class _Answers(Struct, frozen=True, eq=False, dict=True):
         return self._answer(QUASI_STATIC, None, {}, large)
 
     def _worth_measuring(self, answer: Elastodynamic, wanted: float) -> bool:
-        """Return whether the discretization error has to be measured by a finer discretization.
-
-        It is not measured for a geometrically exact answer if the finer answer would take too long.
-        """
-        if answer.exact is not None and answer.elements * answer.coordinates**2 > MAX_FINER_WORK:
-            return False
+        """Return whether the discretization error has to be measured by another discretization."""
         return worth_halving(self.scene.mechanism, answer.elements, answer.bound, self.accepted_bound(wanted))
 
     def _large_displacement(
@@ -380,9 +376,14 @@ class _Answers(Struct, frozen=True, eq=False, dict=True):
         finer: Vibration | None,
         begun: Elastodynamic | None = None,
     ) -> tuple[dict[str, Elastodynamic], dict[str, float]]:
-        """Measure the errors of an exact answer, or estimate them if the bounds on discretization errors are small."""
+        """Measure the errors of an exact answer, or estimate them if the bounds on discretization errors are small.
+
+        If a finer answer would take too long, the coarser answer measures the errors.
+        """
         if exact.exact is None or not self._worth_measuring(exact, wanted):
             return {}, estimated_errors_of_exact(exact)
+        if exact.elements * exact.coordinates**2 > MAX_FINER_WORK:
+            return errors_by_coarser(exact)
         self._report(4, "error in time and coordinates")
         return errors_of_exact(exact, tolerance, finer, begun)
 

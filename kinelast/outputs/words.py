@@ -238,7 +238,7 @@ def trust_words(report: Report) -> tuple[str, str]:
 
 
 def _doubted(report: Report) -> list[str]:
-    """Return phrases about limits that cannot be judged, and about values with large errors.
+    """Return phrases about limits that cannot be judged, and about values and curves with large errors.
 
     Only the first `MAX_DOUBTED` phrases are returned. If there are further phrases, an additional phrase states their
     number.
@@ -247,7 +247,9 @@ def _doubted(report: Report) -> list[str]:
     if not report.run.one_position and not report.yields:
         for why, limits in unjudged_limits(report.acceptance.limits or (), lambda label: member(report, label)).items():
             names += [f"{each} ({UNKNOWN})" if why in verdict else f"{each} ({UNKNOWN}: {why})" for each in limits]
-    return few([*names, *large_errors(report.reliability.unreliable, MAX_ITEMS)], MAX_DOUBTED)
+    courses = {name: error for name, error in report.theory.courses.items() if error and error > UNRELIABLE}
+    curves = [f"curve of {name} (± {percent(error)})" for name, error in courses.items()]
+    return few([*names, *large_errors(report.reliability.unreliable, MAX_ITEMS), *curves], MAX_DOUBTED)
 
 
 def output_words(output: OutputReading) -> str:
