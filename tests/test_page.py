@@ -330,7 +330,7 @@ def test_words_of_a_scene_are_data(driver, tmp_path):
     assert page.run("return document.querySelectorAll('h1 *, .source *').length") == 0
     assert page.run("return document.querySelector('pre').textContent") == ODD
     answer = page.run("return document.querySelector('.front').innerText")
-    assert 'add a yield stress, as in yield = "355 MPa" under [materials.steel]' in answer
+    assert 'add the yield stress, yield = "… MPa", under [materials.steel]' in answer
     assert page.run("return window.hit ?? 'none'") == "none"
     assert errors(page) == []
 

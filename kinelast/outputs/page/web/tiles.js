@@ -170,7 +170,7 @@ function decidingTile() {
     level = reserve.value < 1 ? "poor" : reserve.value < 1.5 ? "caution" : missing.includes("yield") ? "open" : "good";
   const means = "factor by which the loads may grow until the first link yields, breaks or buckles";
   return tile(
-    `Breaks first: ${first.item}`,
+    `Breaks first${missing.includes("yield") ? ", apart from yield" : ""}: ${first.item}`,
     `reserve ${reserveWords(first).replace("more than", ">")}`,
     [
       [first.name, whereWords(spotOf(first))].filter(Boolean).join(", "),
@@ -203,7 +203,7 @@ function stressTile(where) {
       `least safety ${number(safety.value, 4)}${errorWords(safety)}`,
       `: ${least[0]}, yield ${figureWords(least[1].yield_stress, 3)}`,
     ]
-    : ["safety not known", `: add a yield stress, as in yield = "355 MPa" under [materials.${material}]`];
+    : ["safety not known", `: add the yield stress, yield = "… MPa", under [materials.${material}]`];
   const means = "largest von Mises stress, and smallest ratio of yield stress to stress";
   return tile("Stress and safety", figureWords(strained) + errorWords(strained), [
     `${where(strained)}; `,
