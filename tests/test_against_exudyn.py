@@ -122,20 +122,24 @@ def test_every_field_of_two_ringing_cranks():
         pytest.param("soft_crank", 0.05, marks=pytest.mark.slow),
         pytest.param("soft_crank", 0.02, marks=pytest.mark.slow),
         pytest.param("snapping_four_bar", 0.05, marks=pytest.mark.slow),
+        pytest.param("sprung_four_bar", 0.02, marks=pytest.mark.slow),
     ],
 )
 def test_the_error_of_forces_that_ring_faster_than_deflections(name, accuracy):
-    """The true error is 0.2 to 1 %."""
+    """The true error is 0.2 to 1 %.
+
+    If Newton's method accepted changes of 0.1 % in the section forces of rotated beams, they would act as noise in the
+    residual of the sprung four-bar. The stated error would then be an eighth of the true error.
+    """
     off, stated = errors_of_joint_force(name, accuracy)
     assert 0.001 < off < max(accuracy, 0.01)
     assert off / 2 < stated < 2 * off
 
 
-@pytest.mark.parametrize("name", ["end_masses", pytest.param("soft_crank", marks=pytest.mark.slow)])
-def test_the_error_of_an_answer_for_which_a_finer_one_takes_too_long(name, monkeypatch):
-    """A coarser answer measures the error, 0.4 or 0.3 %. Without it, 0.19 % would be estimated for the first."""
+def test_the_error_of_an_answer_for_which_a_finer_one_takes_too_long(monkeypatch):
+    """A coarser answer measures the error of 0.4 %. Without it, 0.19 % would be estimated."""
     monkeypatch.setattr("kinelast.figures.theory.MAX_FINER_WORK", 0)
-    off, stated = errors_of_joint_force(name, 0.005)
+    off, stated = errors_of_joint_force("end_masses", 0.005)
     assert off < 0.005
     assert off / 2 < stated < 2 * off
 

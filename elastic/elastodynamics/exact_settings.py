@@ -57,9 +57,10 @@ class ExactSettings(Struct, frozen=True):
     # If the resulting convergence error exceeds this multiple of the tolerance, it starts again with the interpolated
     # residual response.
     max_restart_ratio: float = 3.0
-    # the iteration for section forces ends when they change by less than this, relative to the largest
-    force_tolerance: float = 1e-3
-    max_force_iterations: int = 4  # maximum number of iterations for the section forces of rotated beams
+    # The iteration for the section forces of rotated beams ends when they change by less than a limit, relative to the
+    # largest. The limit is this fraction of the tolerance. Larger changes would act as noise in the residual.
+    force_tolerance_ratio: float = 0.1
+    max_force_iterations: int = 10  # maximum number of iterations for the section forces
 
     # load steps of Newton's method, as fractions of the loads of the rigid motion
     first_load_share: float = 0.5  # first load step

@@ -18,13 +18,14 @@ from elastic.elastodynamics.equations_of_motion import mass_displacements
 from elastic.elastodynamics.reduced_vibration import Vibration
 from elastic.elastodynamics.strains import rigidities, strain_rows
 from elastic.elastodynamics.time_grid import Grid
-from rigid.arrays import Complexes, Numbers, Reals
+from rigid.arrays import Complexes, Reals
 
-Series = tuple[Numbers, Numbers, Numbers]  # values with their first and second time derivatives
+Series = tuple[Reals, ...]  # values with their first and second time derivatives
 
 MIN_SINGULAR_VALUE = 1e-9  # singular values below this are round-off, relative to the largest singular value
 MAX_ROUNDS = 12  # maximum number of steps of Newton's method, with which the amplitudes are computed
-ROUND_OFF = 1e-12  # Newton's method ends when the residual is below this, relative to the largest amplitude
+ROUND_OFF = 1e-12  # Newton's method ends when the residual is below this, relative to the largest rotation
+ALL_NODES, POINTS = slice(None), slice(1, None)  # all nodes, and all without the first, which is no collocation point
 
 
 class Foreshortening(Struct, frozen=True, eq=False, dict=True):
@@ -57,7 +58,7 @@ class Foreshortening(Struct, frozen=True, eq=False, dict=True):
     amplitude_rotations: Reals
 
     def amplitudes(self, history: Reals, residual_displacements: Displacements, guess: Reals | None = None) -> Reals:
-        """Compute the amplitudes at all nodes, shape (nodes, k), by Newton's method.
+        """Compute the amplitudes at all nodes, shape (nodes, k), by Newton's method for the rotations phi.
 
         Parameters
         ----------
@@ -68,18 +69,17 @@ class Foreshortening(Struct, frozen=True, eq=False, dict=True):
         guess
             Initial amplitudes, by default 0.
         """
-        known_rotation = (
-            self._rotation(self.coordinate_rotations, self.grid.with_start(history))
+        known = (
+            _times(self.coordinate_rotations, self.grid.with_start(history))
             + _section_rotations(residual_displacements)[..., 0]
         )
-        values = np.zeros((len(known_rotation), len(self.along))) if guess is None else guess
+        phi = known if guess is None else known + _times(self.amplitude_rotations, guess)
         for _ in range(MAX_ROUNDS):
-            phi = known_rotation + self._rotation(self.amplitude_rotations, values)
-            defect = (np.cos(phi) - 1) @ self.along.T + (np.sin(phi) - phi) @ self.across.T - values
-            if not np.abs(defect).max(initial=0.0) > ROUND_OFF * np.abs(values).max(initial=0.0):
+            values = self._by_free_strains(np.cos(phi) - 1, np.sin(phi) - phi)
+            defect = known + _times(self.amplitude_rotations, values) - phi
+            if not np.abs(defect).max(initial=0.0) > ROUND_OFF * np.abs(phi).max(initial=0.0):
                 break
-            change: Any = np.linalg.solve(self._feedback(phi, self.amplitude_rotations), defect[..., None])
-            values = values + change[..., 0]
+            phi = phi + _solved(self._jacobian(phi, ALL_NODES), defect)
         return values
 
     def accelerations(
@@ -90,49 +90,46 @@ class Foreshortening(Struct, frozen=True, eq=False, dict=True):
         `history` contains the values, rates and accelerations of the reduced coordinates. `amplitudes` is the result of
         the method `amplitudes`. `residual_displacements` is described there.
         """
-        _, (_, first_rate, second_rate) = self._rates(history, residual_displacements, amplitudes)
-        at_fixed_shape: Complexes = (self.mass_displacements[1:] @ second_rate[..., None])[..., 0]
+        _, (first_rate, second_rate) = self._rates(history, residual_displacements, amplitudes)
+        at_fixed_shape = _times(self.mass_displacements[1:], second_rate)
         return at_fixed_shape + self.grid.rates_times(self.mass_displacements, (2 * first_rate, amplitudes[1:]))
 
     def _rates(
         self, history: tuple[Reals, Reals, Reals], residual_displacements: Displacements, amplitudes: Reals
-    ) -> tuple[Series, Series]:
-        """Return phi and the amplitudes at the points, each with its first and second time derivative."""
+    ) -> tuple[Series, tuple[Reals, Reals]]:
+        """Return phi at the points with its first and second time derivative, and those of the amplitudes."""
         x, x1, x2 = history
-        grid, rotations, feedback_rotations = self.grid, self.coordinate_rotations[1:], self.amplitude_rotations[1:]
+        grid, per_coordinate, per_amplitude = self.grid, self.coordinate_rotations, self.amplitude_rotations
         residual_rotation = _section_rotations(residual_displacements)[1:, :, 0]
         values = amplitudes[1:]
-        phi = self._rotation(rotations, x) + residual_rotation + self._rotation(feedback_rotations, values)
-        rate = (
-            self._rotation(rotations, x1)
-            + self._rotation(self._coordinate_rotation_rates[0], x)
-            + grid.derivative(residual_rotation, 1)
+        phi = _times(per_coordinate[1:], x) + residual_rotation + _times(per_amplitude[1:], values)
+        sine, cosine, jacobian = np.sin(phi), np.cos(phi), self._jacobian(phi, POINTS)
+
+        known = _times(per_coordinate[1:], x1) + grid.derivative(residual_rotation, 1)
+        known += grid.rates_times(per_coordinate, (x, None)) + grid.rates_times(per_amplitude, (values, None))
+        rate = _solved(jacobian, known)
+        first_rate = self._by_free_strains(-sine * rate, (cosine - 1) * rate)
+
+        known = _times(per_coordinate[1:], x2) + grid.derivative(residual_rotation, 2)
+        known += grid.rates_times(per_coordinate, (2 * x1, x)) + grid.rates_times(
+            per_amplitude, (2 * first_rate, values)
         )
-        rate += self._rotation(self._amplitude_rotation_rates[0], values)
-        second = (
-            self._rotation(rotations, x2)
-            + grid.rates_times(self.coordinate_rotations, (2 * x1, x))
-            + grid.derivative(residual_rotation, 2)
-        )
-        per_rotation, feedback = self._per_rotation(phi), self._feedback(phi, feedback_rotations)
-        first_rate: Any = np.linalg.solve(feedback, per_rotation @ rate[..., None])[..., 0]
-        rate = rate + self._rotation(feedback_rotations, first_rate)
-        second += grid.rates_times(self.amplitude_rotations, (2 * first_rate, values))
-        curved = -np.cos(phi) * rate**2 @ self.along.T - np.sin(phi) * rate**2 @ self.across.T
-        right = (per_rotation @ second[..., None])[..., 0] + curved
-        second_rate: Any = np.linalg.solve(feedback, right[..., None])[..., 0]
-        second += self._rotation(feedback_rotations, second_rate)
-        return (phi, rate, second), (values, first_rate, second_rate)
+        at_fixed_rate = self._by_free_strains(-cosine * rate**2, -sine * rate**2)
+        second = _solved(jacobian, known + _times(per_amplitude[1:], at_fixed_rate))
+        second_rate = self._by_free_strains(-sine * second, (cosine - 1) * second) + at_fixed_rate
+        return (phi, rate, second), (first_rate, second_rate)
 
     def per_coordinate(self, phi: Reals) -> Reals:
         """Return the derivatives of the amplitudes with respect to the reduced coordinates, shape (nodes, k, r).
 
         `phi` are the rotations at the Gauss points, shape (nodes, Gauss points).
         """
-        found: Any = np.linalg.solve(
-            self._feedback(phi, self.amplitude_rotations), self._per_rotation(phi) @ self.coordinate_rotations
-        )
-        return np.asarray(found, float)
+        rotations: Any = np.linalg.solve(self._jacobian(phi, ALL_NODES), self.coordinate_rotations)
+        return self._by_changes(-np.sin(phi), np.cos(phi) - 1, rotations)
+
+    def mass_displacements_by(self, per: Reals) -> Complexes:
+        """Return the displacements of all masses due to amplitudes of the shape (nodes, k, r)."""
+        return _complex_columns(per.swapaxes(1, 2) @ _real_rows(self.mass_displacements))
 
     def mass_displacement_rates(
         self, history: tuple[Reals, Reals, Reals], residual_displacements: Displacements, amplitudes: Reals
@@ -142,61 +139,91 @@ class Foreshortening(Struct, frozen=True, eq=False, dict=True):
         The parameters are described in `accelerations`. The first and the second derivative are complex and have the
         shape (points, masses, r). They follow from those of phi by the chain rule.
         """
-        (phi, rate, second), _ = self._rates(history, residual_displacements, amplitudes)
-        rotations = self.coordinate_rotations[1:], *self._coordinate_rotation_rates
-        feedback_rotations = self.amplitude_rotations[1:], *self._amplitude_rotation_rates
-        sine, cosine = np.sin(phi)[:, None], np.cos(phi)[:, None]
-        second_order = -cosine * self.along - sine * self.across
-        third_order = sine * self.along - cosine * self.across
-        per_rotation = (
-            self._per_rotation(phi),
-            second_order * rate[:, None],
-            third_order * np.square(rate)[:, None] + second_order * second[:, None],
-        )
-        direct, feedback = (_product_rates(per_rotation, each) for each in (rotations, feedback_rotations))
-        inverse = np.linalg.inv(self._feedback(phi, feedback_rotations[0]))
-        per = inverse @ direct[0]
-        first_per = inverse @ (direct[1] + feedback[1] @ per)
-        second_per = inverse @ (direct[2] + feedback[2] @ per + 2 * feedback[1] @ first_per)
-        shapes = self.mass_displacements[1:], *self.grid.rates(self.mass_displacements)
-        _, one, two = _product_rates(shapes, (per, first_per, second_per))
-        return one, two
+        phi, _ = self._rates(history, residual_displacements, amplitudes)
+        shape = len(phi[0]), self.mass_displacements.shape[1], self.coordinate_rotations.shape[-1]
+        first, second = np.empty(shape, complex), np.empty(shape, complex)
+        for part, (nodes, points) in self.grid.parts(self.mass_displacements[0].size):
+            factors = self._per_coordinate_rates(part, nodes, tuple(each[points] for each in phi))
+            per, first_per, second_per = (each.swapaxes(1, 2) for each in factors)
+            rows = _real_rows(self.mass_displacements[nodes])
+            moved, (moved_rate, moved_second) = rows[1:], part.rates(rows)
+            first[points] = _complex_columns(per @ moved_rate + first_per @ moved)
+            second[points] = _complex_columns(per @ moved_second + 2 * first_per @ moved_rate + second_per @ moved)
+        return first, second
 
-    @staticmethod
-    def _rotation(per_unit: Reals, amounts: Reals) -> Reals:
-        return (per_unit @ amounts[..., None])[..., 0]
+    def _per_coordinate_rates(self, part: Grid, nodes: slice, phi: Series) -> Series:
+        """Return the derivatives of the amplitudes with respect to the reduced coordinates, and their time derivatives.
 
-    def _per_rotation(self, phi: Reals) -> Reals:
-        """Return the partial derivatives of the amplitudes with respect to phi, shape (nodes, k, Gauss points)."""
-        return -np.sin(phi)[:, None] * self.along + (np.cos(phi) - 1)[:, None] * self.across
-
-    def _feedback(self, phi: Reals, rotations: Reals) -> Reals:
-        """Return the Jacobian matrix of Newton's method for the amplitudes, shape (nodes, k, k).
-
-        The amplitudes depend on the rotations phi, to which they contribute themselves. The matrix includes this
-        feedback.
+        `part` is a part of the grid, and `nodes` are its nodes. `phi` are the rotations at its points with their time
+        derivatives. The results have the shape (points, k, r).
         """
-        return np.eye(len(self.along)) - self._per_rotation(phi) @ rotations
+        angle, rate, second = phi
+        sine, cosine = np.sin(angle), np.cos(angle)
+        per_coordinate, per_amplitude = self.coordinate_rotations[nodes], self.amplitude_rotations[nodes]
+        coordinate_rates, amplitude_rates = part.rates(per_coordinate), part.rates(per_amplitude)
+        inverse: Any = np.linalg.inv(self._jacobian(angle, slice(nodes.start + 1, nodes.stop)))
+
+        turn = inverse @ per_coordinate[1:]
+        value = self._by_changes(-sine, cosine - 1, turn)
+        at_fixed_turn = self._by_changes(-cosine * rate, -sine * rate, turn)
+        known = coordinate_rates[0] + amplitude_rates[0] @ value + per_amplitude[1:] @ at_fixed_turn
+        turn_rate = inverse @ known
+        value_rate = self._by_changes(-sine, cosine - 1, turn_rate) + at_fixed_turn
+        at_fixed_turn = self._by_changes(sine * rate**2 - cosine * second, -cosine * rate**2 - sine * second, turn)
+        at_fixed_turn += 2 * self._by_changes(-cosine * rate, -sine * rate, turn_rate)
+        known = coordinate_rates[1] + amplitude_rates[1] @ value + 2 * amplitude_rates[0] @ value_rate
+        known += per_amplitude[1:] @ at_fixed_turn
+        return value, value_rate, self._by_changes(-sine, cosine - 1, inverse @ known) + at_fixed_turn
+
+    def _by_free_strains(self, along: Reals, across: Reals) -> Reals:
+        """Return the amplitudes due to free strains along and across the beams, each (nodes, Gauss points)."""
+        return along @ self.along.T + across @ self.across.T
+
+    def _by_changes(self, along: Reals, across: Reals, rotations: Reals) -> Reals:
+        """Return the amplitudes due to changes of phi, with the free strains that a unit change causes.
+
+        `along` and `across` are these free strains, shape (nodes, Gauss points). `rotations` are the changes, shape
+        (nodes, Gauss points, c).
+        """
+        return self.along @ (along[..., None] * rotations) + self.across @ (across[..., None] * rotations)
+
+    def _jacobian(self, phi: Reals, nodes: slice) -> Reals:
+        """Return the Jacobian matrix of Newton's method for phi, shape (nodes, Gauss points, Gauss points).
+
+        The amplitudes depend on the rotations phi, to which they contribute themselves. The matrix is 1 minus the
+        derivative of this contribution with respect to phi.
+        """
+        along, across = (each[nodes] for each in self._rotations_by_strain)
+        return np.eye(phi.shape[-1]) + along * np.sin(phi)[:, None] - across * (np.cos(phi) - 1)[:, None]
 
     @cached_property
-    def _coordinate_rotation_rates(self) -> tuple[Numbers, Numbers]:
-        return self.grid.rates(self.coordinate_rotations)
-
-    @cached_property
-    def _amplitude_rotation_rates(self) -> tuple[Numbers, Numbers]:
-        return self.grid.rates(self.amplitude_rotations)
+    def _rotations_by_strain(self) -> tuple[Reals, Reals]:
+        """Rotations phi per unit of each free strain along and across, each (nodes, Gauss points, Gauss points)."""
+        return self.amplitude_rotations @ self.along, self.amplitude_rotations @ self.across
 
 
-def _product_rates(left: Series, right: Series) -> Series:
-    """Return a matrix product with its first and second time derivative.
+def _times(per_unit: Any, amounts: Reals) -> Any:
+    """Return the products of matrices and vectors, shapes (nodes, m, n) and (nodes, n)."""
+    return (per_unit @ amounts[..., None])[..., 0]
 
-    Each factor is given with its first and second time derivative.
+
+def _real_rows(values: Complexes) -> Reals:
+    """Return the transposed matrices as real numbers, from the shape (nodes, m, n) to the shape (nodes, n, 2 m).
+
+    In a product of complex and real matrices, numpy would convert the real ones, and multiply by their zeros.
     """
-    return (
-        left[0] @ right[0],
-        left[1] @ right[0] + left[0] @ right[1],
-        left[2] @ right[0] + 2 * left[1] @ right[1] + left[0] @ right[2],
-    )
+    return np.ascontiguousarray(values.swapaxes(1, 2)).view(float)
+
+
+def _complex_columns(rows: Reals) -> Complexes:
+    """Undo `_real_rows`."""
+    return rows.view(complex).swapaxes(1, 2)
+
+
+def _solved(matrices: Reals, right: Reals) -> Reals:
+    """Solve linear equations with one right-hand side each, shapes (nodes, n, n) and (nodes, n)."""
+    found: Any = np.linalg.solve(matrices, right[..., None])
+    return np.asarray(found[..., 0], float)
 
 
 def foreshortening(vibration: Vibration) -> Foreshortening:
@@ -213,10 +240,11 @@ def foreshortening(vibration: Vibration) -> Foreshortening:
     per_strain = values[:count, None] * mixed[:count]
     basis = compatible_basis(structure, kinematics.rigid_modes, shapes[:, :count] * scale[:, None])
     unit = unit_displacements(structure, vibration.motion, kinematics.rigid_modes, basis, kinematics.chosen)
+    moved = mass_displacements(structure, vibration.motion, kinematics.chosen, unit)
     return Foreshortening(
         terms.grid,
         unit,
-        mass_displacements(structure, vibration.motion, kinematics.chosen, unit),
+        _complex_columns(_real_rows(moved)),  # in the memory layout of `_real_rows`, which then makes no copy
         per_strain[:, :size],
         per_strain[:, size:],
         _section_rotations(kinematics.unit),

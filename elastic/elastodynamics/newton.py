@@ -131,7 +131,7 @@ def _at_load_level(
     similar_steps: list[tuple[Displaced, Complexes]] = []  # with the same operator and the same kind of correction
     for count in range(1, SETTINGS.max_newton_steps + 1):
         try:
-            state = _with_equilibrium_forces(now, share, rigid_loads_state)
+            state = _with_equilibrium_forces(now, share, rigid_loads_state, tolerance)
             if operator is None:
                 operator, similar_steps = tangent(state.now, state.bent), []
             after = stepped(state, operator, partial(operator.response_to, often=True), cutoff, separately=True)
@@ -161,13 +161,16 @@ def _at_load_level(
     return best
 
 
-def _with_equilibrium_forces(now: Displaced, share: float, rigid_loads_state: DeflectionState) -> ResidualState:
+def _with_equilibrium_forces(
+    now: Displaced, share: float, rigid_loads_state: DeflectionState, tolerance: float
+) -> ResidualState:
     """Iterate the section forces with constant displacements and inertia, and return the resulting residual."""
     for _ in range(SETTINGS.max_force_iterations):
         solution = residual_state(now, exact_loads(now), rigid_loads_state, share)
         state = solution.state
         change = float(np.abs(state.force - now.force).max(initial=0.0))
-        if change <= SETTINGS.force_tolerance * float(np.abs(state.force).max(initial=TINY)):
+        limit = SETTINGS.force_tolerance_ratio * tolerance * float(np.abs(state.force).max(initial=TINY))
+        if change <= limit:
             break
         now = now.with_forces(state.force, state.joints, state.moments)
     return solution
@@ -201,7 +204,7 @@ def tangent(now: Displaced, bent: Deflection) -> Vibration:
         kinematics.chosen,
         kinematics.basis,
         unit,
-        kinematics.mass_displacements + shape.mass_displacements @ per,
+        kinematics.mass_displacements + shape.mass_displacements_by(per),
     )
     added = shape.mass_displacement_rates(now.history, now.residual.moved, now.amplitudes)
     first, second = terms.grid.rates(kinematics.mass_displacements)

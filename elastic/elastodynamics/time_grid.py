@@ -128,7 +128,7 @@ class Grid(Struct, frozen=True, eq=False, dict=True):
         one, two = (rate.reshape(-1, *values.shape[1:]) for rate in found)
         return one, two
 
-    def rates_times(self, values: Numbers, amplitudes: tuple[Reals, Reals]) -> Numbers:
+    def rates_times(self, values: Numbers, amplitudes: tuple[Reals, Reals | None]) -> Numbers:
         """Return V' a + V'' b at all points, where V are matrices and primes are time derivatives.
 
         Parameters
@@ -136,7 +136,7 @@ class Grid(Struct, frozen=True, eq=False, dict=True):
         values
             V at the nodes, shape (nodes, n, r).
         amplitudes
-            a and b at the points, each of shape (points, r).
+            a and b at the points, each of shape (points, r). If b is None, it is 0.
 
         Returns
         -------
@@ -149,6 +149,8 @@ class Grid(Struct, frozen=True, eq=False, dict=True):
             elements = values[nodes].swapaxes(1, 2)[first_node + np.arange(self.stages + 1)]
             weights: Any = 0.0  # factor of each node and amplitude in the sum at each point
             for order, (matrix, each) in enumerate(zip((method.first, method.second), amplitudes, strict=True), 1):
+                if each is None:
+                    continue
                 there = each[points].reshape(len(part.steps), self.stages, 1, -1)
                 weights = weights + matrix[:, :, None] * there / part.steps[:, None, None, None] ** order
             shape = len(part.steps), self.stages, -1
