@@ -20,7 +20,14 @@ from kinelast.figures.trust import findings
 from kinelast.runs import computed
 from kinelast.scene.data import scene_deflection, scene_motion
 from kinelast.scene.error import SceneError
-from kinelast.scene.parts.cam_courses import cam_flanks, cam_force, cam_lag, cam_pressure, cam_torque
+from kinelast.scene.parts.cam_courses import (
+    cam_flanks,
+    cam_force,
+    cam_lag,
+    cam_pressure,
+    cam_torque,
+    force_by_vibration,
+)
 from kinelast.tasks.request import Request
 from machine.cams import OUTER, Cam, cam_flank, contact_modulus, cut_depth, line_pressure
 from machine.drives import inertia_force, inertia_moment
@@ -303,6 +310,30 @@ class TestPush:
         bends, shortens = 0.2 / (3 * 200e9 * 8e-3 * 12e-3**3 / 12), 1 / (0.2 * 200e9 * 8e-3 * 12e-3)
         expected = -5.0 * (bends + np.tan(flank.pressure_angle) ** 2 * shortens)
         assert cam_lag(cycle, "plate") == pytest.approx(expected, rel=1e-6)
+
+    def test_inertia_force_of_the_lag(self):
+        """A heavy lever with mass per length m lags by (1/9 - 0.55/6) m a l^4/(E I); harmonic: a'' = (pi/T)^2 a.
+
+        1/9 is due to the force on its end, and 0.55/6 is due to its inertia forces.
+        """
+        given = tables(SWUNG)
+        given["materials"]["light"]["density"] = 1e5
+        given["drives"][0]["law"] = [{**segment, "curve": "harmonic"} for segment in given["drives"][0]["law"]]
+        cycle = cycle_of(given)
+        (flank,), mass, frequency = cam_flanks(cycle, "plate"), 1e5 * 8e-3 * 12e-3, np.pi / 0.5
+        acceleration = np.radians(6) * frequency**2 / 2
+        per_acceleration = (1 / 9 - 0.55 / 6) * mass * 0.2**4 / (200e9 * 8e-3 * 12e-3**3 / 12)
+        expected = mass * 0.2**3 / 3 * per_acceleration * acceleration * frequency**2 / np.abs(flank.lever).mean()
+        assert force_by_vibration(cycle, "plate") == pytest.approx(expected, rel=0.05)
+
+    def test_the_force_by_vibration_is_reported(self):
+        (told,) = (
+            each
+            for each in findings(computed(scene_from_dict(tables(VALVE_TRAIN)), Request()))
+            if each.heading == "Cams"
+        )
+        assert told.level == "open"
+        assert told.text.startswith("Vibration of the links against the cam inlet changes its contact force by about 1")
 
     def test_two_cams_in_series(self):
         """One follower is on another, and no drive has an effort."""

@@ -91,7 +91,37 @@ def test_a_curve_with_a_large_error_is_not_called_reliable():
     report = report_of(computed(kinelast.load("simeon_slider_crank"), Request()))
     assert report.theory.courses["u"] == pytest.approx(1.19, abs=0.05)
     assert not report.reliability.unreliable
-    assert trust_words(report) == ("all figures are reliable except curve of u (± 119 %)", "caution")
+    assert trust_words(report) == (
+        "all figures are reliable except curve of longitudinal displacement u (± 119 %)",
+        "caution",
+    )
+
+
+RISE_AND_RETURN = """
+[points]
+O = [0, 0]
+A = [1, 0]
+[links.ground]
+points = ["O"]
+[links.arm]
+points = ["O", "A"]
+rigid = true
+mass = 1
+center = "A"
+[[drives]]
+link = "arm"
+repeat = true
+law = [
+    {curve = "cycloidal", duration = 0.1, by = 1.0}, {curve = "dwell", duration = 0.3},
+    {curve = "cycloidal", duration = 0.2, by = -1.0}, {curve = "dwell", duration = 0.05},
+]
+[run]
+output = "arm.angle"
+"""
+
+
+def test_the_time_ratio_leaves_out_rests():
+    assert report_on(RISE_AND_RETURN).output.motion["time_ratio"].value == pytest.approx(2.0, rel=1e-3)
 
 
 def test_a_link_close_to_its_yield_stress_is_in_the_headline():

@@ -20,6 +20,7 @@ from rigid.plane import dot
 
 INSTANTS = 72  # number of positions of the run that are used to choose the output
 SAME = 1e-6  # relative difference below which displacements are considered equal
+REST = 1e-9  # smaller velocities are rests, relative to the largest velocity; they are due to round-off
 
 
 def output_of(scene: Scene, bent: Deflection | None = None, any_instants: bool = False) -> Output | None:
@@ -166,19 +167,24 @@ def between_ends(cycle: Cycle, values: Any) -> tuple[Largest, Largest]:
 
 
 def time_ratio_of(cycle: Cycle, output: Output) -> Reals:
-    """Return the ratio of the durations of the slow stroke and the quick stroke in a cycle, or nan without a cycle."""
+    """Return the ratio of the durations of the slow stroke and the quick stroke in a cycle, or nan without a cycle.
+
+    Rests, such as dwells of the drive, belong to neither stroke.
+    """
     rate = _velocity(cycle.motion, output)
     if output.point:
         rate = dot(path_direction(cycle.motion, output), rate)
     here = np.broadcast_to(rate, cycle.columns)
     if not cycle.scene.run.turn:
         return np.full(cycle.columns[:-1], np.nan)
+    here = np.where(np.abs(here) > REST * np.abs(here).max(axis=-1, keepdims=True), here, 0.0)
     after = np.roll(here, -1, axis=-1)
     with np.errstate(invalid="ignore", divide="ignore"):
         crossing = np.abs(here) / (np.abs(here) + np.abs(after))
-        ahead = np.where(here * after >= 0, (here + after) > 0, np.where(here > 0, crossing, 1 - crossing))
-        share = ahead.mean(axis=-1)
-        return np.where((share > 0) & (share < 1), np.maximum(share, 1 - share) / np.minimum(share, 1 - share), np.nan)
+        reverses, total = here * after < 0, here + after
+        ahead = np.where(reverses, np.where(here > 0, crossing, 1 - crossing), total > 0).sum(axis=-1)
+        back = np.where(reverses, np.where(here > 0, 1 - crossing, crossing), total < 0).sum(axis=-1)
+        return np.where((ahead > 0) & (back > 0), np.maximum(ahead, back) / np.minimum(ahead, back), np.nan)
 
 
 def advantage_of(cycle: Cycle, output: Output) -> Reals:

@@ -9,6 +9,7 @@ from typing import Any
 
 from msgspec.structs import replace
 
+from elastic import FIELDS
 from kinelast.figures.cycle import WELL
 from kinelast.figures.doubted import LIMIT_NAMES, large_errors, unjudged_limits
 from kinelast.figures.inputs import INPUTS
@@ -248,13 +249,19 @@ def _doubted(report: Report) -> list[str]:
         for why, limits in unjudged_limits(report.acceptance.limits or (), lambda label: member(report, label)).items():
             names += [f"{each} ({UNKNOWN})" if why in verdict else f"{each} ({UNKNOWN}: {why})" for each in limits]
     courses = {name: error for name, error in report.theory.courses.items() if error and error > UNRELIABLE}
-    curves = [f"curve of {name} (± {percent(error)})" for name, error in courses.items()]
+    curves = [f"curve of {_field_name(name)} (± {percent(error)})" for name, error in courses.items()]
     return few([*names, *large_errors(report.reliability.unreliable, MAX_ITEMS), *curves], MAX_DOUBTED)
 
 
+def _field_name(name: str) -> str:
+    """Return a field's name and symbol, such as "longitudinal displacement u"."""
+    return f"{FIELDS[name].name} {name}" if name in FIELDS else name
+
+
 def output_words(output: OutputReading) -> str:
-    """Return the kind and the name of the output as text, such as "point D"."""
-    return f"{output.kind}{'' if output.kind == 'point' else ' of'} {output.name}"
+    """Return the kind and the name of the output as text, such as "point D" or "angle of rocker at D"."""
+    at = f" at {output.point}" if output.point else ""
+    return f"{output.kind}{'' if output.kind == 'point' else ' of'} {output.name}{at}"
 
 
 def limit_rows(report: Report) -> list[tuple[str, float | None, str]]:

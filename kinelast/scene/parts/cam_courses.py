@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from elastic import displacement_of
-from kinelast.scene.drive_values import effort
+from kinelast.scene.drive_values import effort, load_inertia
 from kinelast.scene.figure import DRIVE, NOISE, Kind, items_of
 from kinelast.scene.numbers import quantity
-from kinelast.scene.reading import CAUTION, POOR, Finding, Reading, reading
+from kinelast.scene.reading import CAUTION, OPEN, POOR, Finding, Reading, reading
 from machine.cams import BOTH, Cam, CamFlank, CamPush, cam_flank, cut_depth, line_pressure
 from rigid import ConstantSpeed, Motion
 from rigid.arrays import Flags, Reals
@@ -27,6 +27,9 @@ if TYPE_CHECKING:
     from kinelast.scene.reading import Reader
 
 KEY = "cams"
+MIN_POSITIONS = 7  # number of positions that is necessary to differentiate a lag twice
+EXACT_INSIDE = slice(2, -2)  # positions at which second differences are central
+MIN_CHANGE = 0.001  # smaller changes in the contact force by vibration are not reported, relative to the largest force
 
 
 def _pressed(cam: Cam) -> bool:
@@ -130,6 +133,24 @@ def cam_lag(cycle: Cycle, name: str) -> Reals:
         return np.asarray(-dot(flank.normal, moved) / flank.lever)
 
 
+def force_by_vibration(cycle: Cycle, name: str) -> float:
+    """Estimate by how much the links vibrate against a cam, as a change in its contact force [N]; 0 if unknown.
+
+    All computed vibration is that of a drive that follows its law exactly. In fact, the drive lags behind the cam by q
+    because links bend. The estimate is the largest inertia force of this lag, m q'', but at most the largest contact
+    force. m is the inertia of the links, reduced to the contact.
+    """
+    cam, flank, time = cycle.scene.parts[KEY][name], cam_flanks(cycle, name)[0], cycle.motion.time
+    if len(time) < MIN_POSITIONS or not cycle.scene.labels:
+        return 0.0
+    acceleration = np.gradient(np.gradient(cam_lag(cycle, name), time), time)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        change = (load_inertia(cycle, cam.drive) * acceleration / flank.lever)[EXACT_INSIDE]
+    force = cam_force(cycle, name)
+    sizes = [np.abs(each[np.isfinite(each)]).max(initial=0.0) for each in (change, force)]
+    return float(min(sizes))
+
+
 MAX_PRESSURE_ANGLE = 0.5 * np.pi * (1.0 - 1e-9)  # [rad] from this pressure angle on, a cam cannot move its follower
 CAM_NEEDS = {  # results that show whether a cam works, and the kind of item of each result
     "cam_pressure_angle": CAM,
@@ -226,6 +247,12 @@ def cam_findings(reader: Reader) -> Iterator[Finding]:
             spring = f"a spring with {size(reader.of_item('cam_preload', name))} along the drive holds it."
             text = f"The follower leaves the cam {name} {part} the run: {spring}"
             yield Finding(CAUTION, HEADING, f"{text} Pulling forces are those of a grooved cam.")
+        change = force_by_vibration(reader.cycle, name)
+        if change > MIN_CHANGE * np.nanmax(np.abs(cam_force(reader.cycle, name))):
+            size_ = quantity(change, "N", shown_in=reader.scene.shown_in)
+            text = f"Vibration of the links against the cam {name} changes its contact force by about {size_}."
+            reason = "The errors do not include this: in the computed vibration, the drive follows its law exactly."
+            yield Finding(OPEN, HEADING, f"{text} {reason}")
 
 
 def cam_columns(cycle: Cycle) -> dict[str, tuple[Any, str]]:

@@ -85,13 +85,13 @@ function outputTable() {
     { name: "Output", text: (each) => each.name },
     stroke ? { name: "stroke", text: () => figureWords(stroke) } : { name: "swing", text: () => figureAngle(swing) },
     {
-      name: "turns back",
-      means: "output at rest: dead points for a drive at the output",
+      name: "rests while the drive moves",
+      means: "positions that are dead points for a drive at the output",
       text: () => turns.map(whenWords).join("; ") || "nowhere",
     },
     {
       name: "time ratio",
-      means: "the longer over the shorter of both ways",
+      means: "duration of the longer over that of the shorter of both ways, without rests",
       text: () => (ratio.value === null ? "–" : number(ratio.value)),
     },
     {

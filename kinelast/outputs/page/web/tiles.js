@@ -15,7 +15,8 @@ function tiles() {
   const shown = [decidingTile(), limitSpeedTile(), stressTile(where)];
   if (output && suited) {
     const kind = { point: "point", slide: "slide of", angle: "angle of" }[output.kind];
-    const place = [`${kind} ${output.name}`, atWords(output)].filter(Boolean).join(", ");
+    const at = output.point ? ` at ${output.point}` : "";
+    const place = [`${kind} ${output.name}${at}`, atWords(output)].filter(Boolean).join(", ");
     const lags = (output.lags ?? []).map((lag) => ({ ...lag, value: Math.abs(lag.value) }));
     const lagging = lags.map((lag) => figureAngle(lag)).join(", ");
     const words = `${place}${output.guessed ? "; chosen automatically" : ""}${
@@ -70,7 +71,9 @@ function tiles() {
         `up to ${share(theory.without_vibration)} of the values shown`;
     shown.push(
       tile(
-        summary.links.length ? "Accuracy of deflection, stress, output and limits" : "Accuracy of the main figures",
+        summary.links.length
+          ? `Accuracy of largest deflection and stress, output${summary.acceptance.limits.length ? ", limits" : ""}`
+          : "Accuracy of the main figures",
         `± ${errorShare(theory.error)}`,
         `${summary.links.length ? `${theory.name} theory` : "rigid links"}${
           theory.figure ? `; largest error: ${theory.figure}` : ""
@@ -83,7 +86,8 @@ function tiles() {
             : theory.error > (theory.accuracy ?? theory.expected) || theory.reached === false
             ? "caution"
             : "good",
-          means: "largest error among the main figures: deflection, stress, output, and the figures of limits",
+          means: "largest error among the main figures: largest deflection and stress, output, and figures with " +
+            "limits, except load ratios far below their limits",
         },
       ),
     );
@@ -170,12 +174,9 @@ function decidingTile() {
     level = reserve.value < 1 ? "poor" : reserve.value < 1.5 ? "caution" : missing.includes("yield") ? "open" : "good";
   const means = "factor by which the loads may grow until the first link yields, breaks or buckles";
   return tile(
-    `Breaks first${missing.includes("yield") ? ", apart from yield" : ""}: ${first.item}`,
+    `Breaks first${missing.length ? `, apart from ${missing.join(" and ")}` : ""}: ${first.item}`,
     `reserve ${reserveWords(first).replace("more than", ">")}`,
-    [
-      [first.name, whereWords(spotOf(first))].filter(Boolean).join(", "),
-      missing.length ? `not judged: ${missing.join(", ")}` : "",
-    ].filter(Boolean).join("; "),
+    [first.name, whereWords(spotOf(first))].filter(Boolean).join(", "),
     { level, means },
   );
 }
