@@ -70,13 +70,13 @@ def test_the_deciding_figures_are_in_order(driver, out):
 @pytest.mark.parametrize(
     ("name", "verdict", "trust", "first"),
     [
-        ("steel_four_bar", "No limits are set.", "Use with caution: strength (crank: ", "Breaks first: crank"),
-        ("drs_push_up", "Stress is 8.24 times", "Use with caution: buckling", "Breaks first: rod"),
+        ("steel_four_bar", "No limits are set.", "Use with caution: strength (crank: ", "Smallest reserve: crank"),
+        ("drs_push_up", "Stress is 8.24 times", "Use with caution: buckling", "Smallest reserve: rod"),
         (
             "buckled",
             "Not acceptable: rod buckles, ",
             "Only figures of the rigid motion are shown.",
-            "Breaks first, apart from yield: rod",
+            "Smallest reserve: rod",
         ),
         (
             MANY_LIMITS,

@@ -172,11 +172,14 @@ function decidingTile() {
   const { reserve } = first,
     missing = unjudgedFailures(),
     level = reserve.value < 1 ? "poor" : reserve.value < 1.5 ? "caution" : missing.includes("yield") ? "open" : "good";
-  const means = "factor by which the loads may grow until the first link yields, breaks or buckles";
+  const means = "factor by which the loads may grow until a link yields, breaks or buckles";
   return tile(
-    `Breaks first${missing.length ? `, apart from ${missing.join(" and ")}` : ""}: ${first.item}`,
+    `Smallest reserve: ${first.item}`,
     `reserve ${reserveWords(first).replace("more than", ">")}`,
-    [first.name, whereWords(spotOf(first))].filter(Boolean).join(", "),
+    [
+      [first.name, whereWords(spotOf(first))].filter(Boolean).join(", "),
+      missing.length ? `not judged: ${missing.join(", ")}` : "",
+    ].filter(Boolean).join("; "),
     { level, means },
   );
 }
