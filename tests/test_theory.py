@@ -27,6 +27,7 @@ from kinelast.figures.figure_error import BEAM_THEORY, LARGE, MEASURED, NOT_OF_M
 from kinelast.figures.report import FurtherCheck
 from kinelast.figures.speeds import speeds
 from kinelast.figures.summary import exceedance_rows, theory_report
+from kinelast.figures.theory_settings import SETTINGS
 from kinelast.figures.trust import findings
 from kinelast.outputs.words import further_checks, reached_words
 from kinelast.runs import computed
@@ -343,7 +344,7 @@ def test_an_accuracy_that_cannot_be_reached_costs_no_more_than_one_that_nearly_c
 
 
 def test_a_long_exact_answer_is_announced_with_an_option_that_answers_sooner(monkeypatch):
-    monkeypatch.setattr("kinelast.figures.theory.LONG", 0.0)
+    monkeypatch.setattr("kinelast.figures.theory.SETTINGS", replace(SETTINGS, long=0.0))
     heard = Listener()
     computed(read_scene(shipped_scenes()["utenov_four_bar"]), Request(theory=GEOMETRICALLY_EXACT, positions=12), heard)
     (sentence,) = heard.sentences

@@ -7,23 +7,16 @@ import numpy as np
 from elastic.assessment import vibration_bound
 from elastic.elastodynamics import Damping
 from kinelast.figures.cycle import Cycle
+from kinelast.figures.theory_settings import SETTINGS
 from kinelast.scene.data import Scene
 
-RESOLVED = 0.5  # largest bound on the discretization error, relative to the accuracy, that replaces a measurement
-BOUNDED = 0.05  # the same for bounds on vibration and large displacement, which are loose for small results
-JUDGED = 0.2  # factor on `RESOLVED` and `BOUNDED` if results are compared with limits
-ASKED = 1e-4  # largest bound on a relative error that is accepted if the user requests an accuracy
-BOUND_OVER_ERROR = 4.0  # ratio of the bound on the discretization error to the usual discretization error
-PER_ROTATION = 2.0  # [1/rad] ratio of the bound on the relative effect of large displacement to the largest rotation
-FORCES_PER_ROTATION = 20.0  # [1/rad] the same for forces, relative to the largest force in the same member
 
-
-def accepted_bound(accuracy: float, judged: bool, share: float = RESOLVED) -> float:
+def accepted_bound(accuracy: float, judged: bool, share: float = SETTINGS.max_discretization_bound) -> float:
     """Return the largest error bound that is accepted without measuring the error.
 
     `judged` is true if results are compared with limits or used by a speed map. The accepted bound is then smaller.
     """
-    return share * (JUDGED if judged else 1.0) * accuracy
+    return share * (SETTINGS.limits_factor if judged else 1.0) * accuracy
 
 
 def damping_of(scene: Scene) -> Damping:

@@ -12,22 +12,16 @@ from elastic.elastodynamics import (
     moved_to,
     with_one_more_step,
 )
-from kinelast.figures.bounds import BOUND_OVER_ERROR
 from kinelast.figures.figure_error import HIGHER_ORDERS, LARGE, TIME
-
-FORCES_LATER = 3.0  # bound on the ratio of force error to deflection error after the first steps to the exact answer
-SHARED = 0.5  # a finer exact answer counts as converged if its error is below this share of that of the answer
-STALLED = 3.0  # the iteration of an exact answer stalled if its last change / tolerance is larger
-MAX_FINER_ERROR = 10.0  # a finer exact answer is not used if it converges worse than the answer by this factor
-ERROR_OVER_CHANGE = 2.0  # ratio of the error due to large displacement to the last change in the iteration
+from kinelast.figures.theory_settings import SETTINGS
 
 Errors = tuple[dict[str, Elastodynamic], dict[str, float]]  # corrected answers, and relative errors
 
 
 def estimated_errors_of_exact(exact: Elastodynamic) -> dict[str, float]:
     """Estimate the relative errors of an exact answer from its own convergence, without a finer answer."""
-    discretized = (exact.time_error + exact.reduction_error) / BOUND_OVER_ERROR
-    return {TIME: discretized, LARGE: ERROR_OVER_CHANGE * large_displacement_error(exact)}
+    discretized = (exact.time_error + exact.reduction_error) / SETTINGS.bound_over_error
+    return {TIME: discretized, LARGE: SETTINGS.error_over_change * large_displacement_error(exact)}
 
 
 def errors_by_coarser(exact: Elastodynamic) -> Errors:
@@ -62,11 +56,11 @@ def errors_of_exact(
     finer = finer or finer_vibration(exact)
     after, left = finer_solution(exact, finer, exact.exact.finer_tolerance(tolerance), begun)
     worst = exact.exact.worst
-    if left > MAX_FINER_ERROR * max(tolerance, worst):
+    if left > SETTINGS.max_finer_error * max(tolerance, worst):
         return {}, estimated_errors_of_exact(exact)
-    if left > max(tolerance, SHARED * worst):
-        return {TIME: after}, {LARGE: ERROR_OVER_CHANGE * max(worst, left)}
-    return {TIME: after}, {LARGE: left} if exact.exact.convergence_error > STALLED * tolerance else {}
+    if left > max(tolerance, SETTINGS.max_converged_ratio * worst):
+        return {TIME: after}, {LARGE: SETTINGS.error_over_change * max(worst, left)}
+    return {TIME: after}, {LARGE: left} if exact.exact.convergence_error > SETTINGS.stalled * tolerance else {}
 
 
 def errors_by_one_more_step(stepped: Elastodynamic, left: dict[str, float]) -> Errors:
@@ -80,4 +74,4 @@ def errors_by_one_more_step(stepped: Elastodynamic, left: dict[str, float]) -> E
     if not change < before:
         return {}, left
     shares = {name: share for name, share in left.items() if name != LARGE}
-    return {LARGE: after}, {**shares, HIGHER_ORDERS: FORCES_LATER * change**2 / before}
+    return {LARGE: after}, {**shares, HIGHER_ORDERS: SETTINGS.forces_later * change**2 / before}

@@ -34,22 +34,10 @@ from elastic.elastodynamics import (
 )
 from kinelast.figures.answer import NEGLIGIBLE_GAIN, Answer
 from kinelast.figures.between import Between
-from kinelast.figures.bounds import (
-    ASKED,
-    BOUND_OVER_ERROR,
-    BOUNDED,
-    FORCES_PER_ROTATION,
-    PER_ROTATION,
-    RESOLVED,
-    accepted_bound,
-    bound_of_vibration,
-    damping_of,
-    largest_rotation,
-)
+from kinelast.figures.bounds import accepted_bound, bound_of_vibration, damping_of, largest_rotation
 from kinelast.figures.cycle import Cycle, too_many_beams
 from kinelast.figures.errors import Estimate
 from kinelast.figures.exact_errors import (
-    FORCES_LATER,
     errors_by_coarser,
     errors_by_one_more_step,
     errors_of_exact,
@@ -60,6 +48,7 @@ from kinelast.figures.main_figures import HEADLINE, MainFigure, main_figures_of
 from kinelast.figures.measures import magnitudes
 from kinelast.figures.output import output_of
 from kinelast.figures.registry import figures_of, limits_of
+from kinelast.figures.theory_settings import SETTINGS
 from kinelast.scene.data import ACCURACY, ELASTODYNAMIC, GEOMETRICALLY_EXACT, QUASI_STATIC, Scene, Theory
 from kinelast.scene.error import SceneError
 from kinelast.scene.figure import Figure
@@ -70,23 +59,7 @@ from rigid.arrays import Reals
 
 MotionAt = Callable[[Any], Motion]
 
-TOLERANCE = 1e-4  # largest solver tolerance if a theory is requested by name, relative to the largest displacement
-FINE = 0.05  # solver tolerance relative to the accuracy, if the user requests one or a theory, or sets limits
-FINE_BY_DEFAULT = 0.1  # solver tolerance relative to the accuracy in all other scenes without friction
-FINE_WITH_FRICTION = 0.02  # the same with friction; small enough to show whether vibration has settled
-FINEST = 1e-6  # smallest solver tolerance if no theory is requested; smaller ones take minutes or do not converge
-EXACT = 0.02  # solver tolerance of an exact answer, relative to the accuracy, if this theory is not requested
-FAR = 3.0  # if vibration changes the largest deflection by more, relative to the accuracy, it is not neglected
-MAX_FINER_WORK = 60_000  # largest elements * coordinates^2 of an exact answer for which a finer one is computed (1 min)
-MAX_LAST_CHANGE = 0.25  # largest last change of the first steps, relative to the accuracy, if their result is an answer
-MAX_ROTATION = 4.0  # [rad] vibration is not computed if a section rotates by more
-SAME = 1e-9  # largest relative change in bending moments over time of a machine at rest, due to round-off
-MAX_TRAVEL_AT_REST = 1e-5  # [rad or m] largest travel of a drive at rest
-MAX_CHANGE_PER_TRAVEL = 10.0  # [1/rad or 1/m] largest relative change in bending moments per travel of a drive at rest
 LOAD_UNITS = {"m", "rad", "Pa", "N", "N m"}  # units of displacements, rotations, stresses, forces and moments
-STAGES = 5  # number of stages shown as progress
-EXACT_OVER_FIRST_STEPS = 40.0  # estimated ratio of the computing time of an exact answer to that of the first steps
-LONG = 10.0  # [s] the user is informed if the expected computing time is longer
 STICKING = "the iteration for sticking friction does not converge"
 UNSTABLE = "there is no steady state, because the vibration of the links grows"
 
@@ -125,17 +98,12 @@ def answer(
     rests = not named and _rests(plain)
     if not named and not rests and (early := answers.without_vibration(period, wanted)):
         return early
-    fine = FINE_BY_DEFAULT if theory.accuracy is None and not named and not limits_of(scene) else FINE
-    fine = FINE_WITH_FRICTION if scene.mechanism.friction else fine
-    aim = wanted if named or fine * wanted >= TOLERANCE else max(wanted, NEGLIGIBLE_GAIN * answers.error_without_motion)
-    tolerance = min(TOLERANCE, fine * aim) if named else max(fine * aim, FINEST)
-    if scene.mechanism.friction:
-        tolerance = max(tolerance, fine * wanted)
+    aim, tolerance = answers.aim_and_tolerance(named)
     try:
         motion_at, cycle = _motion_at_rest(scene, plain.motion) if rests else (scene.course.at, period)
 
         def announced(times: Reals) -> Motion:
-            progress(f"{scene.name}: solving vibration ({len(times):,} points)", 0, STAGES)
+            progress(f"{scene.name}: solving vibration ({len(times):,} points)", 0, SETTINGS.stages)
             return motion_at(times)
 
         linear = _vibrating(scene, plain, announced, cycle, tolerance)
@@ -193,16 +161,36 @@ class _Answers(Struct, frozen=True, eq=False, dict=True):
         off = Estimate({}, self._cycle(beyond_beam_theory(self.plain)), {})
         return max((each.share for each in main_figures_of(self.scene, cycle, self.figures, off)), default=0.0)
 
+    def aim_and_tolerance(self, named: bool) -> tuple[float, float]:
+        """Return the accuracy to aim at, and the tolerance of the solver, relative to the largest displacement.
+
+        `named` is true if a theory is requested by name. Otherwise the aim is less strict than the accuracy if other
+        errors than that of the solver are larger anyway.
+        """
+        scene, wanted = self.scene, self.theory.wanted
+        ratio = SETTINGS.tolerance_ratio
+        if self.theory.accuracy is None and not named and not limits_of(scene):
+            ratio = SETTINGS.default_tolerance_ratio
+        if scene.mechanism.friction:
+            ratio = SETTINGS.friction_tolerance_ratio
+        aim = wanted
+        if not named and ratio * wanted < SETTINGS.max_named_tolerance:
+            aim = max(wanted, NEGLIGIBLE_GAIN * self.error_without_motion)
+        tolerance = (
+            min(SETTINGS.max_named_tolerance, ratio * aim) if named else max(ratio * aim, SETTINGS.min_tolerance)
+        )
+        return aim, max(tolerance, ratio * wanted) if scene.mechanism.friction else tolerance
+
     def _report(self, number: int, stage: str) -> None:
-        self.progress(f"{self.scene.name}: {stage}", number, STAGES)
+        self.progress(f"{self.scene.name}: {stage}", number, SETTINGS.stages)
 
     def _announce(self, first_steps: float) -> None:
         """Inform the user if the geometrically exact answer will probably take long.
 
         `first_steps` is the computing time of the first steps to this answer [s].
         """
-        expected = EXACT_OVER_FIRST_STEPS * first_steps
-        if expected > LONG:
+        expected = SETTINGS.exact_over_first_steps * first_steps
+        if expected > SETTINGS.long:
             advice = '"--theory elastodynamic" or a larger --accuracy is faster'
             self.progress.tell(f"{self.scene.name}: large displacement may take up to {lasting(expected)}; {advice}")
 
@@ -218,7 +206,7 @@ class _Answers(Struct, frozen=True, eq=False, dict=True):
         `kinelast.figures.bounds`). A finer discretization measures the discretization error. The first steps of the
         iteration for the geometrically exact answer measure the effect of large displacement. If no theory is requested
         by name, the result of these first steps is also yielded as an answer, provided that the last of them changes
-        deflections by at most `MAX_LAST_CHANGE` times the accuracy. If a theory is requested by name and vibration is
+        deflections by at most `max_last_change` times the accuracy. If a theory is requested by name and vibration is
         stable, answers of cheaper theories are skipped.
 
         Raises
@@ -227,7 +215,7 @@ class _Answers(Struct, frozen=True, eq=False, dict=True):
             The geometrically exact theory is requested by name but cannot solve the scene, e.g. one with a wheel on a
             rack.
         """
-        settled = {TIME: (linear.time_error + linear.reduction_error) / BOUND_OVER_ERROR}
+        settled = {TIME: (linear.time_error + linear.reduction_error) / SETTINGS.bound_over_error}
         if not linear.stable:
             for name in (QUASI_STATIC, ELASTODYNAMIC, GEOMETRICALLY_EXACT):
                 yield self._answer(name, linear, {}, settled, UNSTABLE)
@@ -252,13 +240,13 @@ class _Answers(Struct, frozen=True, eq=False, dict=True):
         rests = _rests(self.plain)
         if (
             stepped.exact is not None
-            and stepped.exact.worst <= MAX_LAST_CHANGE * wanted
+            and stepped.exact.worst <= SETTINGS.max_last_change * wanted
             and asked is None
             and not rests
         ):
             measured, left = self._errors_of_exact(stepped, tolerance, wanted, shared, finest)
             if LARGE in left:
-                left = {**left, LARGE: FORCES_LATER * left[LARGE]}
+                left = {**left, LARGE: SETTINGS.forces_later * left[LARGE]}
                 if not measured and left[LARGE] > self.accepted_bound(wanted):
                     measured, left = errors_by_one_more_step(stepped, left)
             yield self._answer(GEOMETRICALLY_EXACT, stepped, measured, left)
@@ -267,7 +255,7 @@ class _Answers(Struct, frozen=True, eq=False, dict=True):
         try:
             begun = None if has_dry_friction(self.scene.mechanism) else stepped.exact
             if asked is None and not has_dry_friction(self.scene.mechanism):
-                tolerance = max(EXACT * wanted, FINEST)
+                tolerance = max(SETTINGS.exact_tolerance_ratio * wanted, SETTINGS.min_tolerance)
                 linear = linear.resolved_to(tolerance)
             exact = geometrically_exact(linear, tolerance, begun)
         except MechanismError as error:
@@ -295,36 +283,37 @@ class _Answers(Struct, frozen=True, eq=False, dict=True):
         headline = [figure for figure in self.figures if figure.key == HEADLINE[0]]
         here, there = (magnitudes(each, headline)[HEADLINE[0]].max(initial=0.0) for each in (plain, vibrating))
         stretch = vibrating.along("u").value.max(initial=0.0)
-        return bool(abs(there - here) > FAR * wanted * max(there, stretch))
+        return bool(abs(there - here) > SETTINGS.max_neglected_change * wanted * max(there, stretch))
 
     def without_vibration(self, period: float, wanted: float) -> Answer | None:
         """Return the quasi-static answer if vibration need not or cannot be solved, otherwise None.
 
         Vibration is not solved if the bounds on the effects of vibration and large displacement are small. These bounds
         are then used as errors of the answer. Vibration is not solved either if a section rotates by more than
-        `MAX_ROTATION`. The error is then unknown.
+        `max_rotation`. The error is then unknown.
         """
-        if largest_rotation(self._cycle(self.plain)) > MAX_ROTATION:
+        if largest_rotation(self._cycle(self.plain)) > SETTINGS.max_rotation:
             return self.unknown("vibration is not computed for such large rotations of the links")
         large = self._bound_of_large(self.plain)
-        if large > self.accepted_bound(wanted, BOUNDED):
+        if large > self.accepted_bound(wanted, SETTINGS.max_theory_bound):
             return None
         vibration = bound_of_vibration(self.quasi_static, period)
-        if vibration + large > self.accepted_bound(wanted, BOUNDED):
+        if vibration + large > self.accepted_bound(wanted, SETTINGS.max_theory_bound):
             return None
         return self._answer(QUASI_STATIC, None, {}, {VIBRATION: vibration, LARGE: large})
 
-    def accepted_bound(self, wanted: float, share: float = RESOLVED) -> float:
+    def accepted_bound(self, wanted: float, share: float = SETTINGS.max_discretization_bound) -> float:
         """Return the largest error bound that is accepted in place of an error, see `kinelast.figures.bounds`."""
         bound = accepted_bound(wanted, bool(limits_of(self.scene)), share)
-        return bound if self.theory.accuracy is None else min(bound, ASKED)
+        return bound if self.theory.accuracy is None else min(bound, SETTINGS.max_requested_bound)
 
     def _bound_of_large(self, bent: Deflection) -> float:
         """Return a bound on the effect of large displacement.
 
         If an accuracy is requested, the bound also covers the forces, relative to the largest force in the same member.
         """
-        per_rotation = PER_ROTATION if self.theory.accuracy is None else FORCES_PER_ROTATION
+        requested = self.theory.accuracy is not None
+        per_rotation = SETTINGS.force_bound_per_rotation if requested else SETTINGS.bound_per_rotation
         return per_rotation * largest_rotation(self._cycle(bent))
 
     def rigid(self) -> Answer:
@@ -359,7 +348,7 @@ class _Answers(Struct, frozen=True, eq=False, dict=True):
         steps use the discretization `finer` if there is one, because that of the linear answer may be too coarse.
         """
         large = self._bound_of_large(linear.deflection)
-        if self.theory.name is None and large <= self.accepted_bound(wanted, BOUNDED):
+        if self.theory.name is None and large <= self.accepted_bound(wanted, SETTINGS.max_theory_bound):
             return linear, {}, {LARGE: large}
         self._report(2, "large displacement")
         try:
@@ -382,7 +371,7 @@ class _Answers(Struct, frozen=True, eq=False, dict=True):
         """
         if exact.exact is None or not self._worth_measuring(exact, wanted):
             return {}, estimated_errors_of_exact(exact)
-        if exact.elements * exact.coordinates**2 > MAX_FINER_WORK:
+        if exact.elements * exact.coordinates**2 > SETTINGS.max_finer_work:
             return errors_by_coarser(exact)
         self._report(4, "error in time and coordinates")
         return errors_of_exact(exact, tolerance, finer, begun)
@@ -482,8 +471,9 @@ def _rests(plain: Deflection) -> bool:
     moments, motion = plain.amplitudes.M, plain.motion
     travel = np.abs(motion.drive_rate).max(initial=0.0) * np.ptp(motion.time)
     largest = np.abs(moments).max(axis=-1)
-    same = np.ptp(moments, axis=-1) <= SAME * largest + MAX_CHANGE_PER_TRAVEL * travel * largest.max(initial=0.0)
-    return bool(travel <= MAX_TRAVEL_AT_REST and same.all())
+    by_travel = SETTINGS.max_change_per_travel * travel * largest.max(initial=0.0)
+    same = np.ptp(moments, axis=-1) <= SETTINGS.max_rest_change * largest + by_travel
+    return bool(travel <= SETTINGS.max_rest_travel and same.all())
 
 
 def _motion_at_rest(scene: Scene, motion: Motion) -> tuple[MotionAt, float]:

@@ -1,0 +1,59 @@
+"""Settings for the choice of the theory of motion, the accuracy of its solver, and the measurement of its errors."""
+
+from msgspec import Struct
+
+
+class TheorySettings(Struct, frozen=True):
+    """Settings for the choice of the theory of motion.
+
+    Tolerances of the solver are relative to the largest displacement. All ratios and bounds are relative to the
+    accuracy unless stated otherwise.
+    """
+
+    # tolerance of the solver
+    tolerance_ratio: float = 0.05  # if the user requests an accuracy or a theory, or sets limits
+    default_tolerance_ratio: float = 0.1  # in all other scenes without friction
+    friction_tolerance_ratio: float = 0.02  # with friction; small enough to show whether vibration has settled
+    exact_tolerance_ratio: float = 0.02  # of geometrically exact answers, if this theory is not requested
+    max_named_tolerance: float = 1e-4  # largest tolerance if a theory is requested by name; not relative
+    # smallest tolerance if no theory is requested; not relative. Smaller ones take minutes or do not converge.
+    min_tolerance: float = 1e-6
+
+    # bounds that replace measurements of errors
+    max_discretization_bound: float = 0.5  # largest bound on the discretization error
+    max_theory_bound: float = 0.05  # the same for vibration and large displacement; loose for small results
+    limits_factor: float = 0.2  # factor on both bounds if results are compared with limits
+    max_requested_bound: float = 1e-4  # largest bound if the user requests an accuracy; not relative
+    bound_over_error: float = 4.0  # ratio of the bound on the discretization error to the usual discretization error
+    # [1/rad] ratios of the bounds on the effect of large displacement to the largest rotation of a section. The second
+    # is that for forces, relative to the largest force in the same member.
+    bound_per_rotation: float = 2.0
+    force_bound_per_rotation: float = 20.0
+
+    # choice of the theory
+    max_neglected_change: float = 3.0  # largest change in the largest deflection by vibration that may be neglected
+    max_last_change: float = 0.25  # largest last change of the first steps to the exact answer if their result is used
+    max_rotation: float = 4.0  # [rad] vibration is not computed if a section rotates by more
+
+    # errors of geometrically exact answers
+    # largest value of elements * coordinates^2 for which a finer answer is computed, which then takes about a minute
+    max_finer_work: float = 60_000
+    # a finer answer has converged if its last change is below this ratio to that of the answer
+    max_converged_ratio: float = 0.5
+    max_finer_error: float = 10.0  # a finer answer is not used if it converges worse than the answer by this factor
+    stalled: float = 3.0  # the iteration stalled if its last change / tolerance is larger
+    error_over_change: float = 2.0  # ratio of the error due to large displacement to the last change in the iteration
+    forces_later: float = 3.0  # bound on force error / deflection error after the first steps to the exact answer
+
+    # machines at rest
+    max_rest_change: float = 1e-9  # largest relative change in bending moments over time, due to round-off
+    max_rest_travel: float = 1e-5  # [rad or m] largest travel of a drive
+    max_change_per_travel: float = 10.0  # [1/rad or 1/m] largest relative change in bending moments per travel
+
+    # messages about progress
+    stages: int = 5  # number of stages
+    exact_over_first_steps: float = 40.0  # estimated computing time of an exact answer / that of the first steps
+    long: float = 10.0  # [s] the user is informed if the expected computing time is longer
+
+
+SETTINGS = TheorySettings()
