@@ -111,9 +111,8 @@ class Foreshortening(Struct, frozen=True, eq=False, dict=True):
         first_rate = self._by_free_strains(-sine * rate, (cosine - 1) * rate)
 
         known = _times(per_coordinate[1:], x2) + grid.derivative(residual_rotation, 2)
-        known += grid.rates_times(per_coordinate, (2 * x1, x)) + grid.rates_times(
-            per_amplitude, (2 * first_rate, values)
-        )
+        known += grid.rates_times(per_coordinate, (2 * x1, x))
+        known += grid.rates_times(per_amplitude, (2 * first_rate, values))
         at_fixed_rate = self._by_free_strains(-cosine * rate**2, -sine * rate**2)
         second = _solved(jacobian, known + _times(per_amplitude[1:], at_fixed_rate))
         second_rate = self._by_free_strains(-sine * second, (cosine - 1) * second) + at_fixed_rate
