@@ -32,7 +32,7 @@ from kinelast.figures.errors import MIN_SHARE_OF_UNIT
 from kinelast.figures.figure_error import NOT_OF_MOTION
 from kinelast.figures.measures import magnitudes
 from kinelast.figures.results import Results
-from kinelast.figures.theory import _Answers, _vibrating, answer
+from kinelast.figures.theory import _Theories, _vibrating, answer
 from kinelast.scene.data import ACCURACY, Scene, scene_deflection, scene_motion
 from kinelast.scene.error import SceneError
 from rigid import MechanismError, Reals
@@ -134,7 +134,7 @@ def rows_of(scene: Scene, number: int) -> Iterator[dict[str, Any]]:
         row[CHECKED] = independent(scene, results, exact)
     yield row
     usual = _vibrating(scene, plain, scene.course.at, results.period, USUAL)
-    for candidate in _Answers(results.cycle, scene.theory).candidates(usual, USUAL, 0.0):
+    for candidate in _Theories(results.cycle, scene.theory).candidates(usual, USUAL, 0.0):
         yield row_of(scene, candidate.theory, candidate, reference)
 
 

@@ -12,6 +12,7 @@ import kinelast
 from elastic import displacement_of, sample
 from elastic.assessment import harmonics
 from elastic.vibration import natural_frequencies
+from kinelast.figures.answers import Answers
 from kinelast.figures.cycle import Cycle
 from kinelast.figures.doubted import large_errors
 from kinelast.figures.figure_error import BEAM_THEORY, BODIES, VIBRATION, FigureError
@@ -19,7 +20,6 @@ from kinelast.figures.measured import with_bodies
 from kinelast.figures.peaks import run_figures
 from kinelast.figures.report import UnreliableFigure
 from kinelast.figures.summary import report_of
-from kinelast.figures.theory import _Answers
 from kinelast.figures.trust import HEADINGS
 from kinelast.outputs.words import checked, headline, least_safety, trust_words
 from kinelast.runs import computed
@@ -144,7 +144,7 @@ def test_the_change_by_vibration_is_that_of_the_largest_deflection_stress_and_ou
     assert press.answer.missed == pytest.approx(max(change.values()), rel=0.01)
     strength = [each for each in press.main_figures if each.key in ("stress", "safety")]
     assert len(strength) > 1
-    missed = _Answers(still, press.scene.theory)._change_by_vibration(press.answer.cycle, strength)
+    missed = Answers(still, press.scene.theory).change_by_vibration(press.answer.cycle, strength)
     assert missed == pytest.approx(change["stress"], rel=0.01)
     assert missed < 0.5
 

@@ -4,19 +4,17 @@ One class computes the answers of all theories, because the answers share soluti
 discretizations and figures.
 """
 
-import dataclasses
 import math
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from functools import cached_property
 from typing import Any
 
 import numpy as np
-from msgspec import Struct
 from msgspec.structs import replace
 
 from elastic import Deflection
-from elastic.assessment import beyond_beam_theory, euler_ratio
+from elastic.assessment import beyond_beam_theory
 from elastic.elastodynamics import (
     Elastodynamic,
     Vibration,
@@ -25,15 +23,13 @@ from elastic.elastodynamics import (
     finer_vibration,
     geometrically_exact,
     has_dry_friction,
-    including,
     large_displacement_error,
-    moved_to,
     transient,
     with_large_displacement,
     worth_halving,
 )
 from kinelast.figures.answer import NEGLIGIBLE_GAIN, Answer
-from kinelast.figures.between import Between
+from kinelast.figures.answers import Answers
 from kinelast.figures.bounds import accepted_bound, bound_of_vibration, damping_of, largest_rotation
 from kinelast.figures.cycle import Cycle, too_many_beams
 from kinelast.figures.errors import Estimate
@@ -44,14 +40,12 @@ from kinelast.figures.exact_errors import (
     estimated_errors_of_exact,
 )
 from kinelast.figures.figure_error import HIGHER_ORDERS, LARGE, TIME, VIBRATION
-from kinelast.figures.main_figures import HEADLINE, MainFigure, main_figures_of
+from kinelast.figures.main_figures import HEADLINE, main_figures_of
 from kinelast.figures.measures import magnitudes
-from kinelast.figures.output import output_of
-from kinelast.figures.registry import figures_of, limits_of
+from kinelast.figures.registry import limits_of
 from kinelast.figures.theory_settings import SETTINGS
 from kinelast.scene.data import ACCURACY, ELASTODYNAMIC, GEOMETRICALLY_EXACT, QUASI_STATIC, Scene, Theory
 from kinelast.scene.error import SceneError
-from kinelast.scene.figure import Figure
 from kinelast.scene.numbers import UNRELIABLE
 from kinelast.tasks.progress import SILENT, Progress, lasting, one_thread
 from rigid import MechanismError, Motion
@@ -59,7 +53,6 @@ from rigid.arrays import Reals
 
 MotionAt = Callable[[Any], Motion]
 
-LOAD_UNITS = {"m", "rad", "Pa", "N", "N m"}  # units of displacements, rotations, stresses, forces and moments
 STICKING = "the iteration for sticking friction does not converge"
 UNSTABLE = "there is no steady state, because the vibration of the links grows"
 
@@ -92,7 +85,7 @@ def answer(
     """
     wanted = theory.wanted
     scene, plain = quasi_static.scene, quasi_static.deflection
-    answers, named = _Answers(quasi_static, theory, progress), theory.name is not None and not quasi_static_only
+    answers, named = _Theories(quasi_static, theory, progress), theory.name is not None and not quasi_static_only
     if not scene.labels:
         return answers.rigid()
     rests = not named and _rests(plain)
@@ -131,25 +124,13 @@ def answer(
 @one_thread()
 def answer_at(known: Answer, quasi_static: Cycle, theory: Theory) -> Answer:
     """Return a known answer at other positions of the run, namely the positions of `quasi_static`."""
-    return _Answers(quasi_static, theory).at_positions(known)
+    return Answers(quasi_static, theory).at_positions(known)
 
 
-class _Answers(Struct, frozen=True, eq=False, dict=True):
-    """The answers of all theories of motion for a scene. An answer is a deflection with its errors."""
+class _Theories(Answers, frozen=True, eq=False, dict=True):
+    """The theories of motion for a scene, from the cheapest to the most accurate, with their answers."""
 
-    quasi_static: Cycle
-    theory: Theory
     progress: Progress = SILENT
-
-    @property
-    def scene(self) -> Scene:
-        """The scene of the quasi-static answer."""
-        return self.quasi_static.scene
-
-    @property
-    def plain(self) -> Deflection:
-        """The quasi-static deflection."""
-        return self.quasi_static.deflection
 
     @cached_property
     def error_without_motion(self) -> float:
@@ -157,8 +138,8 @@ class _Answers(Struct, frozen=True, eq=False, dict=True):
 
         An example of such a cause is beam theory.
         """
-        cycle = self._cycle(self.plain)
-        off = Estimate({}, self._cycle(beyond_beam_theory(self.plain)), {})
+        cycle = self.cycle(self.plain)
+        off = Estimate({}, self.cycle(beyond_beam_theory(self.plain)), {})
         return max((each.share for each in main_figures_of(self.scene, cycle, self.figures, off)), default=0.0)
 
     def aim_and_tolerance(self, named: bool) -> tuple[float, float]:
@@ -194,11 +175,6 @@ class _Answers(Struct, frozen=True, eq=False, dict=True):
             advice = '"--theory elastodynamic" or a larger --accuracy is faster'
             self.progress.tell(f"{self.scene.name}: large displacement may take up to {lasting(expected)}; {advice}")
 
-    @cached_property
-    def figures(self) -> list[Figure]:
-        """The figures of a run, except for figures that are computed only on request."""
-        return [figure for figure in figures_of(output_of(self.scene, self.plain)) if not figure.asked]
-
     def candidates(self, linear: Elastodynamic, tolerance: float, wanted: float) -> Iterator[Answer]:
         """Yield the answers of all theories, from the cheapest theory to the most accurate.
 
@@ -218,7 +194,7 @@ class _Answers(Struct, frozen=True, eq=False, dict=True):
         settled = {TIME: (linear.time_error + linear.reduction_error) / SETTINGS.bound_over_error}
         if not linear.stable:
             for name in (QUASI_STATIC, ELASTODYNAMIC, GEOMETRICALLY_EXACT):
-                yield self._answer(name, linear, {}, settled, UNSTABLE)
+                yield self.answer(name, linear, {}, settled, UNSTABLE)
             return
         shared: Vibration | None = None
         stages: dict[str, Elastodynamic] = {}
@@ -233,9 +209,9 @@ class _Answers(Struct, frozen=True, eq=False, dict=True):
         stages, shares = {**stages, **displaced}, {**shares, **open_by}
         asked = self.theory.name
         if asked == QUASI_STATIC or (asked is None and not self._far(linear, wanted)):
-            yield self._answer(QUASI_STATIC, linear, {VIBRATION: linear, **stages}, shares)
+            yield self.answer(QUASI_STATIC, linear, {VIBRATION: linear, **stages}, shares)
         if asked != GEOMETRICALLY_EXACT:
-            yield self._answer(ELASTODYNAMIC, linear, stages, shares)
+            yield self.answer(ELASTODYNAMIC, linear, stages, shares)
         stepped = finest if shared is None or not displaced else with_large_displacement(linear)[0]
         rests = _rests(self.plain)
         if (
@@ -249,7 +225,7 @@ class _Answers(Struct, frozen=True, eq=False, dict=True):
                 left = {**left, LARGE: SETTINGS.forces_later * left[LARGE]}
                 if not measured and left[LARGE] > self.accepted_bound(wanted):
                     measured, left = errors_by_one_more_step(stepped, left)
-            yield self._answer(GEOMETRICALLY_EXACT, stepped, measured, left)
+            yield self.answer(GEOMETRICALLY_EXACT, stepped, measured, left)
         self._report(3, "geometrically exact")
         self._announce(first_steps)
         try:
@@ -264,7 +240,7 @@ class _Answers(Struct, frozen=True, eq=False, dict=True):
                 raise SceneError(self.scene.path, "run", "theory", problem) from None
             return
         known = (shared, finest) if exact.vibration is linear.vibration else (None, None)
-        yield self._answer(GEOMETRICALLY_EXACT, exact, *self._errors_of_exact(exact, tolerance, wanted, *known))
+        yield self.answer(GEOMETRICALLY_EXACT, exact, *self._errors_of_exact(exact, tolerance, wanted, *known))
 
     def best(self, tried: Sequence[Answer]) -> Answer:
         """Return the answer with the smallest error due to the theory of motion.
@@ -279,7 +255,7 @@ class _Answers(Struct, frozen=True, eq=False, dict=True):
 
     def _far(self, linear: Elastodynamic, wanted: float) -> bool:
         """Return whether vibration changes the largest deflection too much for the quasi-static answer."""
-        plain, vibrating = self._cycle(self.plain), self._cycle(linear.deflection)
+        plain, vibrating = self.cycle(self.plain), self.cycle(linear.deflection)
         headline = [figure for figure in self.figures if figure.key == HEADLINE[0]]
         here, there = (magnitudes(each, headline)[HEADLINE[0]].max(initial=0.0) for each in (plain, vibrating))
         stretch = vibrating.along("u").value.max(initial=0.0)
@@ -292,47 +268,20 @@ class _Answers(Struct, frozen=True, eq=False, dict=True):
         are then used as errors of the answer. Vibration is not solved either if a section rotates by more than
         `max_rotation`. The error is then unknown.
         """
-        if largest_rotation(self._cycle(self.plain)) > SETTINGS.max_rotation:
+        if largest_rotation(self.cycle(self.plain)) > SETTINGS.max_rotation:
             return self.unknown("vibration is not computed for such large rotations of the links")
-        large = self._bound_of_large(self.plain)
+        large = self.bound_of_large(self.plain)
         if large > self.accepted_bound(wanted, SETTINGS.max_theory_bound):
             return None
         vibration = bound_of_vibration(self.quasi_static, period)
         if vibration + large > self.accepted_bound(wanted, SETTINGS.max_theory_bound):
             return None
-        return self._answer(QUASI_STATIC, None, {}, {VIBRATION: vibration, LARGE: large})
+        return self.answer(QUASI_STATIC, None, {}, {VIBRATION: vibration, LARGE: large})
 
     def accepted_bound(self, wanted: float, share: float = SETTINGS.max_discretization_bound) -> float:
         """Return the largest error bound that is accepted in place of an error, see `kinelast.figures.bounds`."""
         bound = accepted_bound(wanted, bool(limits_of(self.scene)), share)
         return bound if self.theory.accuracy is None else min(bound, SETTINGS.max_requested_bound)
-
-    def _bound_of_large(self, bent: Deflection) -> float:
-        """Return a bound on the effect of large displacement.
-
-        If an accuracy is requested, the bound also covers the forces, relative to the largest force in the same member.
-        """
-        requested = self.theory.accuracy is not None
-        per_rotation = SETTINGS.force_bound_per_rotation if requested else SETTINGS.bound_per_rotation
-        return per_rotation * largest_rotation(self._cycle(bent))
-
-    def rigid(self) -> Answer:
-        """Return the answer for a scene in which all links are rigid."""
-        return self._answer(QUASI_STATIC, None, {}, {})
-
-    def unknown(self, why: str) -> Answer:
-        """Return the quasi-static answer with an unknown error; `why` is the reason."""
-        return self._answer(QUASI_STATIC, None, {}, {}, why)
-
-    def at_rest(self) -> Answer:
-        """Return the quasi-static answer for a machine at rest if the geometrically exact theory cannot solve it.
-
-        The relative error is estimated as (largest rotation)^2 + compressive force / Euler load.
-        """
-        rotation = largest_rotation(self._cycle(self.plain))
-        ratio = np.nanmax(euler_ratio(self.plain), initial=0.0)
-        large = {LARGE: float(rotation**2 + ratio)}
-        return self._answer(QUASI_STATIC, None, {}, large)
 
     def _worth_measuring(self, answer: Elastodynamic, wanted: float) -> bool:
         """Return whether the discretization error has to be measured by another discretization."""
@@ -347,7 +296,7 @@ class _Answers(Struct, frozen=True, eq=False, dict=True):
         is small or the steps do not converge, there is no corrected answer, and a relative error is estimated. The
         steps use the discretization `finer` if there is one, because that of the linear answer may be too coarse.
         """
-        large = self._bound_of_large(linear.deflection)
+        large = self.bound_of_large(linear.deflection)
         if self.theory.name is None and large <= self.accepted_bound(wanted, SETTINGS.max_theory_bound):
             return linear, {}, {LARGE: large}
         self._report(2, "large displacement")
@@ -375,95 +324,6 @@ class _Answers(Struct, frozen=True, eq=False, dict=True):
             return errors_by_coarser(exact)
         self._report(4, "error in time and coordinates")
         return errors_of_exact(exact, tolerance, finer, begun)
-
-    def _answer(
-        self,
-        name: str,
-        vibrating: Elastodynamic | None,
-        stages: Mapping[str, Elastodynamic],
-        shares: Mapping[str, float],
-        unknown: str = "",
-    ) -> Answer:
-        cycle = self._cycle(self.plain if name == QUASI_STATIC or vibrating is None else vibrating.deflection)
-        corrected = {cause: self._cycle(stage.deflection) for cause, stage in stages.items()}
-        settled = vibrating.time_error + vibrating.reduction_error if vibrating else 0.0
-        forces = settled + vibrating.force_error if vibrating and TIME in shares else 0.0
-        bent = beyond_beam_theory(cycle.deflection) if self.scene.labels else cycle.deflection
-        bodies, closer = self._cycle(bent), self._between.of(cycle, None if name == QUASI_STATIC else vibrating)
-        rings = (
-            closer is not None and VIBRATION in stages and vibrating is not None and self._between.may_peak(vibrating)
-        )
-        moving = self._between.of(cycle, vibrating) if rings else None
-        inertia = None if name == QUASI_STATIC else self._inertia_beyond_beam_theory(vibrating)
-        off = Estimate(corrected, bodies, shares, unknown, settled, forces, closer, moving, inertia)
-        main_figures = main_figures_of(self.scene, cycle, self.figures, off)
-        missed = shares.get(VIBRATION, math.nan if vibrating is None else math.inf)
-        if not unknown and VIBRATION not in shares:
-            missed = self._change_by_vibration(
-                [cycle, *corrected.values()][-1] if name == QUASI_STATIC else cycle, main_figures
-            )
-        finer, accuracy = LARGE in stages or VIBRATION in shares, self.theory.accuracy
-        return Answer(
-            name, cycle, self.plain, vibrating, stages, self.figures, off, main_figures, accuracy, missed, finer
-        )
-
-    def _inertia_beyond_beam_theory(self, vibrating: Elastodynamic | None) -> tuple[Cycle, Cycle] | None:
-        """Return two linear answers (deflections) with an estimate of the deflections that beam theory neglects.
-
-        The first neglects the inertia of these deflections, and the second includes it. Return None if there is no
-        stable vibration, or if beam theory neglects nothing.
-        """
-        if vibrating is None or vibrating.vibration is None or not vibrating.stable:
-            return None
-        linear = vibrating if vibrating.exact is None else moved_to(replace(vibrating, exact=None), self.plain)
-        before = beyond_beam_theory(linear.deflection)
-        if before is linear.deflection:
-            return None
-        return self._cycle(before), self._cycle(including(beyond_beam_theory, vibrating).deflection)
-
-    def at_positions(self, known: Answer) -> Answer:
-        """Return a known answer at the positions of `quasi_static`. Vibration is not solved again."""
-        vibrating = known.vibrating and moved_to(known.vibrating, self.plain)
-        stages = {cause: moved_to(stage, self.plain) for cause, stage in known.stages.items()}
-        shares = dict(known.off.shares)
-        if LARGE in shares and vibrating and known.theory != GEOMETRICALLY_EXACT:
-            shares[LARGE] = max(shares[LARGE], self._bound_of_large(vibrating.deflection))
-        return self._answer(known.theory, vibrating, stages, shares, known.unknown)
-
-    def _change_by_vibration(self, moving: Cycle, main_figures: Sequence[MainFigure]) -> float:
-        """Return the largest relative change that vibration causes in a main figure.
-
-        Only displacements, stresses and forces are considered. Safety factors, lives and load ratios are left out,
-        because they are not proportional to the loads. The residual amplitude after a stop is left out too, because it
-        consists of vibration only.
-        """
-        keys = {each.key for each in main_figures}
-        chosen = {figure.key: figure for figure in self.figures if figure.key in keys and self._of_loads(figure)}
-        here, there = (magnitudes(cycle, list(chosen.values())) for cycle in (self._cycle(self.plain), moving))
-        moved = [each for each in main_figures if each.key in chosen]
-        shares = [abs(there[each.key][each.item] - here[each.key][each.item]) / each.base for each in moved]
-        return max(map(float, shares), default=0.0)
-
-    def _of_loads(self, figure: Figure) -> bool:
-        """Return whether a figure (result) is a displacement, a stress or a force that is proportional to the loads."""
-        in_proportion = figure.power == 1.0 and not figure.remains_of
-        return in_proportion and {*figure.units(self.scene)} <= LOAD_UNITS
-
-    @cached_property
-    def _between(self) -> Between:
-        return Between(self.quasi_static)
-
-    @cached_property
-    def _cycles(self) -> dict[int, Cycle]:
-        return {}
-
-    def _cycle(self, bent: Deflection) -> Cycle:
-        """Return the `Cycle` of a deflection. It is cached, so that its figures are computed only once."""
-        plain = self.quasi_static
-        if id(bent) not in self._cycles:
-            known = {"sampled": True} if bent is plain.given else {"quasi_static": plain, "sampled": True, "_known": {}}
-            self._cycles[id(bent)] = dataclasses.replace(plain, motion=bent.motion, given=bent, **known)
-        return self._cycles[id(bent)]
 
 
 def _rests(plain: Deflection) -> bool:
