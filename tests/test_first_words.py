@@ -20,8 +20,9 @@ from kinelast.figures.main_figures import MainFigure
 from kinelast.figures.ranges import yield_words
 from kinelast.figures.report import Verdict, report_from
 from kinelast.figures.summary import report_of
+from kinelast.outputs.assumptions import assumptions
 from kinelast.outputs.print_page import MARGIN, Paragraph
-from kinelast.outputs.words import MAX_NAMED, assumptions, error_words, verdict_words
+from kinelast.outputs.words import MAX_NAMED, error_words, verdict_words
 from kinelast.runs import computed
 from kinelast.scene.data import GEOMETRICALLY_EXACT
 from kinelast.scene.figure import Limit

@@ -11,10 +11,10 @@ from msgspec import Struct
 from kinelast.figures.limits import BROKEN, KEPT
 from kinelast.figures.report import Report
 from kinelast.figures.results import Results
+from kinelast.outputs.assumptions import assumptions
 from kinelast.outputs.charts import INK, SOFT, STYLE
 from kinelast.outputs.pictures import draw_mechanism
 from kinelast.outputs.words import (
-    assumptions,
     checked,
     error_words,
     least_safety,

@@ -20,9 +20,10 @@ import numpy as np
 from kinelast.figures.registry import figures_of
 from kinelast.figures.report import Report, data_of
 from kinelast.figures.results import Results
+from kinelast.outputs.assumptions import assumptions
 from kinelast.outputs.page.data import Numbers, kept_positions, model_of, numbers_of
 from kinelast.outputs.sealed import json_bytes
-from kinelast.outputs.words import assumptions, checked, headline, to_read, trust_words, verdict_words
+from kinelast.outputs.words import checked, headline, to_read, trust_words, verdict_words
 from kinelast.scene.figure import LEAST
 from kinelast.scene.numbers import SI, DisplayUnits
 from kinelast.scene.parts import PARTS
