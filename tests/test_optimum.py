@@ -5,8 +5,9 @@ import pytest
 from figure_table import Table
 from scipy.optimize import brentq
 
+from kinelast.designs.linearization import linearized
 from kinelast.designs.optimum import optimum
-from kinelast.designs.problem import DesignProblem, linearized
+from kinelast.designs.problem import DesignProblem
 from kinelast.scene.figure import Limit
 
 

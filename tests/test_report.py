@@ -21,7 +21,7 @@ from tiers import in_tiers
 from elastic import deflection
 from kinelast.cli.command import main
 from kinelast.figures.cycle import EXTREME_FIELDS
-from kinelast.figures.peaks import refined
+from kinelast.figures.refined_peaks import refined
 from kinelast.figures.results import Results
 from kinelast.figures.summary import summary
 from kinelast.figures.trust import findings

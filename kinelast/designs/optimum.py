@@ -12,7 +12,8 @@ from msgspec import Struct
 from scipy.optimize import lsq_linear
 from scipy.stats import qmc
 
-from kinelast.designs.problem import RESERVE, DesignProblem, OptimizationTask, linearized
+from kinelast.designs.linearization import linearized
+from kinelast.designs.problem import RESERVE, DesignProblem, OptimizationTask
 from kinelast.designs.search import LocalOptimum, evolved, from_many_starts, local_searches
 from kinelast.designs.sensitivities import sensitivities
 from kinelast.figures.limits import FullAnswer, Judgement

@@ -15,7 +15,8 @@ from msgspec.structs import replace
 from scipy.optimize import differential_evolution, least_squares, minimize
 from scipy.stats import qmc
 
-from kinelast.designs.problem import DesignProblem, Linear, linearized
+from kinelast.designs.linearization import Linear, linearized
+from kinelast.designs.problem import DesignProblem
 from kinelast.tasks.progress import SILENT, Progress
 from rigid.arrays import Reals
 

@@ -192,7 +192,7 @@ def _finish(
     -------
     The report, and the summary with the checksums of all files.
     """
-    from kinelast.figures.peaks import refined
+    from kinelast.figures.refined_peaks import refined
     from kinelast.figures.summary import report_of
 
     for name, table in tables.cam_tables(results.scene).items():
