@@ -14,14 +14,8 @@ from elastic.elastodynamics.exact_residual import transferred
 from elastic.elastodynamics.exact_steps import exact_deflection, first_steps, has_dry_friction, next_step, solve_exact
 from elastic.elastodynamics.newton import solve_by_newton, with_new_foreshortening
 from elastic.elastodynamics.reduced_vibration import Vibration
-from elastic.elastodynamics.solution import (
-    TOLERANCE,
-    Elastodynamic,
-    moved_to,
-    resolved_in_time,
-    time_error,
-    vibration_in,
-)
+from elastic.elastodynamics.solution import TOLERANCE, Elastodynamic, moved_to, resolved_in_time, vibration_in
+from elastic.elastodynamics.time_error import time_error
 from elastic.elastodynamics.vibration_settings import VIBRATION
 from elastic.solution import Deflection
 

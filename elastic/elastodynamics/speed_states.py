@@ -16,10 +16,11 @@ from elastic.elastodynamics.exact_steps import exact_deflection, vibration_with_
 from elastic.elastodynamics.geometrically_exact import steps_to_exact
 from elastic.elastodynamics.point_effects import chosen_points
 from elastic.elastodynamics.reduced_vibration import vibration
-from elastic.elastodynamics.solution import force_error, time_error, vibration_in
+from elastic.elastodynamics.solution import vibration_in
 from elastic.elastodynamics.speed_settings import SPEEDS
 from elastic.elastodynamics.theory_error import second_order_error
 from elastic.elastodynamics.time_elements import propagation
+from elastic.elastodynamics.time_error import force_error, time_error
 from elastic.elastodynamics.time_grid import Grid
 from elastic.elastodynamics.vibration_loads import resampled
 from elastic.elastodynamics.vibration_settings import VIBRATION
