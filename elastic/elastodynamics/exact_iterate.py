@@ -19,7 +19,6 @@ BEAM_TOLERANCE_RATIO = 10.0
 FORCE_TOLERANCE_RATIO = 10.0  # tolerance of the error in section forces, relative to the overall tolerance
 # tolerance of a finer solution, relative to the tolerance of the solution whose error it measures
 FINER_TOLERANCE_RATIO = 0.4
-MIN_FINER_RATIO = 0.25  # smallest tolerance of a finer solution, relative to that of the solution
 STATIONS = 21
 # the reference for errors in a beam's deflection is at least this, relative to the largest displacement
 MIN_BEAM_REFERENCE = 1e-6
@@ -101,11 +100,9 @@ class ExactIterate(Struct, frozen=True, eq=False, dict=True):
         """Return the tolerance for a finer solution that is used to measure the error of this solution.
 
         `tolerance` is the tolerance of this solution. If the finer solution meets the returned tolerance, its `worst`
-        is at most `FINER_TOLERANCE_RATIO` times the larger of `tolerance` and the `worst` of this solution, unless this
-        would need a tolerance below `MIN_FINER_RATIO` times `tolerance`.
+        is at most `FINER_TOLERANCE_RATIO` times the larger of `tolerance` and the `worst` of this solution.
         """
-        finer = FINER_TOLERANCE_RATIO * min(tolerance, max(tolerance, self.worst) / BEAM_TOLERANCE_RATIO)
-        return max(finer, MIN_FINER_RATIO * tolerance)
+        return FINER_TOLERANCE_RATIO * min(tolerance, max(tolerance, self.worst) / BEAM_TOLERANCE_RATIO)
 
 
 def compared_displacements(moved: Displacements) -> Complexes:
