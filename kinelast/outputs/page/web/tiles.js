@@ -19,9 +19,10 @@ function tiles() {
     const place = [`${kind} ${output.name}${at}`, atWords(output)].filter(Boolean).join(", ");
     const lags = (output.lags ?? []).map((lag) => ({ ...lag, value: Math.abs(lag.value) }));
     const lagging = lags.map((lag) => figureAngle(lag)).join(", ");
+    const play = summary.figures.clearance_worst;
     const words = `${place}${output.guessed ? "; chosen automatically" : ""}${
       lagging ? `; the drive lags behind its cam by ${lagging}, not included` : ""
-    }`;
+    }${play?.value ? `; clearance of the joints adds up to ${figureAngle(play)}, not included` : ""}`;
     const means =
       `distance or angle between the output of the elastic links and that of rigid links with the same drive motion${
         output.guessed ? "; output under [run] chooses another output" : ""
