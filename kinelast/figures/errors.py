@@ -55,7 +55,8 @@ class Estimate(Struct, frozen=True, eq=False):
     Attributes
     ----------
     stages
-        Corrected answers by cause. Each of them includes the corrections of the preceding ones.
+        Corrected answers by cause. Each of them includes the corrections of the preceding ones. A coarser answer may
+        take the place of one with corrected discretization.
     beam_theory
         The answer with additional estimated deflections that beam theory neglects.
     shares
@@ -247,7 +248,8 @@ def _of_items(
     # the sign of a relative error is unknown; it gets the sign of the known parts, so that errors do not cancel
     away = np.where(known < 0.0, -1.0, 1.0)
     for name, share in off.shares.items():
-        parts[name] = (away if name in BY_MOTION else 1.0) * power * share * wide
+        size = (away if name in BY_MOTION else 1.0) * power * share * wide
+        parts[name] = np.maximum(np.abs(parts[name]), size) if name == TIME and name in stages else size
     if VIBRATION in off.shares:  # an average may be zero without vibration, but its error is not
         least = np.square(power * off.shares[VIBRATION]) * scale
         average = each(figure.over == AVERAGE for figure in figures)

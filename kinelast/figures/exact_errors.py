@@ -15,11 +15,11 @@ from elastic.elastodynamics import (
 from kinelast.figures.figure_error import HIGHER_ORDERS, LARGE, TIME
 from kinelast.figures.theory_settings import SETTINGS
 
-Errors = tuple[dict[str, Elastodynamic], dict[str, float]]  # corrected answers, and relative errors
+Errors = tuple[dict[str, Elastodynamic], dict[str, float]]  # corrected answers (or a coarser one), and relative errors
 
 
 def estimated_errors_of_exact(exact: Elastodynamic) -> dict[str, float]:
-    """Estimate the relative errors of an exact answer from its own convergence, without a finer answer."""
+    """Estimate the relative errors of an exact answer from its own convergence, without another answer."""
     discretized = (exact.time_error + exact.reduction_error) / SETTINGS.bound_over_error
     return {TIME: discretized, LARGE: SETTINGS.error_over_change * large_displacement_error(exact)}
 
@@ -27,13 +27,16 @@ def estimated_errors_of_exact(exact: Elastodynamic) -> dict[str, float]:
 def errors_by_coarser(exact: Elastodynamic) -> Errors:
     """Measure the errors of an exact answer by the answer in the previous, coarser discretization.
 
-    The difference between both answers is about the error of the coarser answer, and thus an upper bound on the error
-    of the finer answer. Without a coarser answer, the errors are estimated.
+    The difference between both answers is about the error of the coarser answer, which is usually larger than that of
+    `exact`. If the coarser answer does not have both fewer time elements and fewer coordinates, the errors are at least
+    the estimated ones. Without a coarser answer, they are estimated.
     """
-    estimated = estimated_errors_of_exact(exact)
-    if exact.coarser is None:
+    estimated, coarser = estimated_errors_of_exact(exact), exact.coarser
+    if coarser is None:
         return {}, estimated
-    return {TIME: moved_to(exact.coarser, exact.quasi_static)}, {LARGE: estimated[LARGE]}
+    if coarser.elements < exact.elements and coarser.coordinates < exact.coordinates:
+        del estimated[TIME]
+    return {TIME: moved_to(coarser, exact.quasi_static)}, estimated
 
 
 def errors_of_exact(

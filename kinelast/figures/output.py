@@ -178,7 +178,7 @@ def time_ratio_of(cycle: Cycle, output: Output) -> Reals:
     if not cycle.scene.run.turn:
         return np.full(cycle.columns[:-1], np.nan)
     fastest = np.nanmax(np.abs(here), axis=-1, keepdims=True, initial=0.0)
-    here = np.where(np.abs(here) > REST * fastest, here, 0.0)
+    here = np.where(np.abs(here) <= REST * fastest, 0.0, here)
     after = np.roll(here, -1, axis=-1)
     with np.errstate(invalid="ignore", divide="ignore"):
         crossing = np.abs(here) / (np.abs(here) + np.abs(after))

@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from functools import cached_property, reduce
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from msgspec import Struct
@@ -26,9 +26,6 @@ from kinelast.scene.limits import Output
 from kinelast.scene.numbers import UNRELIABLE
 from rigid import Motion
 from rigid.arrays import Reals
-
-if TYPE_CHECKING:
-    pass
 
 STATIONS = np.linspace(0.0, 1.0, 101)  # locations along a beam at which the stress range is computed
 

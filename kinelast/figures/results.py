@@ -321,7 +321,8 @@ def answered(plain: Results, theory: Theory, judged: bool, progress: Progress = 
             best = answer_at(best, whole.cycle, theory)
         else:
             best = answer(whole.cycle, theory, plain.period, theory.plain, progress)
-    best = replace(best, stages={})  # the stages need more memory than all other results
+    # the stages and the coarser solution need more memory than all other results
+    best = replace(best, stages={}, vibrating=best.vibrating and replace(best.vibrating, coarser=None))
     if whole is plain:
         return replace(plain, deflection=best.deflection, answer=best)
     here = replace(plain, deflection=best.at(plain.deflection), answer=replace(best, quasi_static=plain.deflection))

@@ -145,8 +145,8 @@ class _Theories(Answers, frozen=True, eq=False, dict=True):
     def aim_and_tolerance(self, named: bool) -> tuple[float, float]:
         """Return the accuracy to aim at, and the tolerance of the solver, relative to the largest displacement.
 
-        `named` is true if a theory is requested by name. Otherwise the aim is less strict than the accuracy if other
-        errors than that of the solver are larger anyway.
+        `named` is true if a theory is requested by name. Otherwise, a very small tolerance would take long. The aim is
+        then less strict than the accuracy if other errors than that of the solver are larger anyway.
         """
         scene, wanted = self.scene, self.theory.wanted
         ratio = SETTINGS.tolerance_ratio

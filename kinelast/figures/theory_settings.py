@@ -15,15 +15,17 @@ class TheorySettings(Struct, frozen=True):
     default_tolerance_ratio: float = 0.1  # in all other scenes without friction
     friction_tolerance_ratio: float = 0.02  # with friction; small enough to show whether vibration has settled
     exact_tolerance_ratio: float = 0.02  # of geometrically exact answers, if this theory is not requested
-    max_named_tolerance: float = 1e-4  # largest tolerance if a theory is requested by name; not relative
-    # smallest tolerance if no theory is requested; not relative. Smaller ones take minutes or do not converge.
+    # largest tolerance if a theory is requested by name, not relative to the accuracy. If no theory is requested, and
+    # the tolerance would be smaller, the aim is relaxed to other errors than that of the solver.
+    max_named_tolerance: float = 1e-4
+    # smallest tolerance if no theory is requested, not relative to the accuracy; smaller ones may not converge
     min_tolerance: float = 1e-6
 
     # bounds that replace measurements of errors
     max_discretization_bound: float = 0.5  # largest bound on the discretization error
-    max_theory_bound: float = 0.05  # the same for vibration and large displacement; loose for small results
-    limits_factor: float = 0.2  # factor on both bounds if results are compared with limits
-    max_requested_bound: float = 1e-4  # largest bound if the user requests an accuracy; not relative
+    max_theory_bound: float = 0.05  # the same for vibration and large displacement
+    limits_factor: float = 0.2  # factor on both bounds if results are compared with limits, and in speed maps
+    max_requested_bound: float = 1e-4  # largest bound if the user requests an accuracy, not relative to the accuracy
     bound_over_error: float = 4.0  # ratio of the bound on the discretization error to the usual discretization error
     # [1/rad] ratios of the bounds on the effect of large displacement to the largest rotation of a section. The second
     # is that for forces, relative to the largest force in the same member.
@@ -38,10 +40,10 @@ class TheorySettings(Struct, frozen=True):
     # errors of geometrically exact answers
     # largest value of elements * coordinates^2 for which a finer answer is computed, which then takes about a minute
     max_finer_work: float = 60_000
-    # a finer answer has converged if its last change is below this ratio to that of the answer
+    # a finer answer has converged if the error of its iteration is below this fraction of that of the answer
     max_converged_ratio: float = 0.5
     max_finer_error: float = 10.0  # a finer answer is not used if it converges worse than the answer by this factor
-    stalled: float = 3.0  # the iteration stalled if its last change / tolerance is larger
+    stalled: float = 3.0  # the iteration stalled if its convergence error exceeds the tolerance by this factor
     error_over_change: float = 2.0  # ratio of the error due to large displacement to the last change in the iteration
     forces_later: float = 3.0  # bound on force error / deflection error after the first steps to the exact answer
 

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 KEY = "cams"
 MIN_POSITIONS = 7  # number of positions that is necessary to differentiate a lag twice
-EXACT_INSIDE = slice(2, -2)  # positions at which second differences are central
+RESOLVED = 0.7  # smallest ratio of a resolved estimate at every second position to that at all positions
 # Larger changes by vibration require caution, relative to the smallest contact force, or to the largest in a groove.
 MAX_CHANGE = 0.05
 MIN_CHANGE = 0.001  # smaller changes in the contact force by vibration are not reported, relative to the largest force
@@ -135,22 +135,39 @@ def cam_lag(cycle: Cycle, name: str) -> Reals:
         return np.asarray(-dot(flank.normal, moved) / flank.lever)
 
 
-def force_by_vibration(cycle: Cycle, name: str) -> float:
-    """Estimate by how much the links vibrate against a cam, as a change in its contact force [N]; 0 if unknown.
+def force_by_vibration(cycle: Cycle, name: str) -> tuple[float, bool]:
+    """Estimate by how much vibration of the links against a cam changes its contact force [N].
 
     All computed vibration is that of a drive that follows its law exactly. In fact, the drive lags behind the cam by q
-    because links bend. The estimate is the largest inertia force of this lag, m q'', but at most the largest contact
-    force. m is the inertia of the links, reduced to the contact.
+    because links bend. The estimate is the largest value of J q''/r, where J is the inertia of the links, reduced to
+    the drive, and r the lever of the contact force. It is at most the largest contact force.
+
+    Returns
+    -------
+    Estimate, and whether it is resolved. If it is not, e.g. because the acceleration of the drive jumps, it grows with
+    the number of positions, and is then a lower bound. It is 0 if there are too few positions or no elastic links.
     """
     cam, flank, time = cycle.scene.parts[KEY][name], cam_flanks(cycle, name)[0], cycle.motion.time
     if len(time) < MIN_POSITIONS or not cycle.scene.labels:
-        return 0.0
-    acceleration = np.gradient(np.gradient(cam_lag(cycle, name), time), time)
+        return 0.0, True
+    lag = cam_lag(cycle, name)
     with np.errstate(divide="ignore", invalid="ignore"):
-        change = (load_inertia(cycle, cam.drive) * acceleration / flank.lever)[EXACT_INSIDE]
-    force = cam_force(cycle, name)
-    sizes = [np.abs(each[np.isfinite(each)]).max(initial=0.0) for each in (change, force)]
-    return float(min(sizes))
+        per_acceleration = np.broadcast_to(load_inertia(cycle, cam.drive) / flank.lever, lag.shape)
+    changes = [
+        _largest_size(per_acceleration[::step][1:-1] * _second_derivative(lag[::step], time[::step])) for step in (1, 2)
+    ]
+    largest = _largest_size(cam_force(cycle, name))
+    return min(changes[0], largest), bool(changes[1] >= RESOLVED * changes[0]) and changes[0] < largest
+
+
+def _second_derivative(values: Reals, time: Reals) -> Reals:
+    """Return the second time derivatives at all positions but the first and the last, shape (positions - 2,)."""
+    steps = np.diff(time)
+    return np.asarray(2.0 * np.diff(np.diff(values) / steps) / (steps[1:] + steps[:-1]))
+
+
+def _largest_size(values: Any) -> float:
+    return float(np.abs(values[np.isfinite(values)]).max(initial=0.0))
 
 
 MAX_PRESSURE_ANGLE = 0.5 * np.pi * (1.0 - 1e-9)  # [rad] from this pressure angle on, a cam cannot move its follower
@@ -249,13 +266,13 @@ def cam_findings(reader: Reader) -> Iterator[Finding]:
             spring = f"a spring with {size(reader.of_item('cam_preload', name))} along the drive holds it."
             text = f"The follower leaves the cam {name} {part} the run: {spring}"
             yield Finding(CAUTION, HEADING, f"{text} Pulling forces are those of a grooved cam.")
-        change, forces = force_by_vibration(reader.cycle, name), np.abs(cam_force(reader.cycle, name))
+        (change, resolved), forces = force_by_vibration(reader.cycle, name), np.abs(cam_force(reader.cycle, name))
         if change > MIN_CHANGE * np.nanmax(forces):
-            by = f"by about {quantity(change, 'N', shown_in=reader.scene.shown_in)}"
+            by = f"by {'about' if resolved else 'at least'} {quantity(change, 'N', 2, reader.scene.shown_in)}"
             text = f"Vibration of the links against the cam {name} changes its contact force {by}."
             reason = "The errors do not include this: in the computed vibration, the drive follows its law exactly."
             least = (np.nanmin if name in HELD.names(reader.scene) else np.nanmax)(forces)
-            level = CAUTION if change > MAX_CHANGE * least else OPEN
+            level = CAUTION if change > MAX_CHANGE * least or not resolved else OPEN
             yield Finding(level, HEADING, f"{text} {reason}", f"vibration changes the force of {name} {by}")
 
 
