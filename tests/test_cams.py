@@ -326,6 +326,12 @@ class TestPush:
         expected = mass * 0.2**3 / 3 * per_acceleration * acceleration * frequency**2 / np.abs(flank.lever).mean()
         assert force_by_vibration(cycle, "plate") == (pytest.approx(expected, rel=0.05), True)
 
+    def test_the_inertia_force_of_a_law_with_jerk_jumps_is_a_lower_bound(self):
+        """The jerk of the cycloidal law jumps where the lever returns, and the lag has a kink there."""
+        given = tables(SWUNG)
+        given["materials"]["light"]["density"] = 1e5
+        assert not force_by_vibration(cycle_of(given), "plate")[1]
+
     def test_the_force_by_vibration_is_reported(self):
         (told,) = (
             each
