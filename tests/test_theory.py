@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from answers_table import SLOTTED
 from msgspec.structs import replace
-from scene_texts import FOUR_BAR, edited
+from scene_texts import FOUR_BAR, RISE_AND_RETURN, edited
 from tiers import in_tiers
 
 from elastic import deflection, sample
@@ -186,37 +186,6 @@ def _apart(one, other, name):
     """Return the largest difference of a field of the worst beam, relative to its maximum."""
     here, there = (sample(each.deflection, name, np.linspace(0, 1, 5)) for each in (one, other))
     return float((np.abs(here - there).max(axis=(1, 2)) / np.abs(here).max(axis=(1, 2))).max())
-
-
-RISE_AND_RETURN = """
-[materials.steel]
-E = "210 GPa"
-density = 7850
-poisson = 0.3
-[sections.bar]
-shape = "rectangle"
-depth = "6 mm"
-width = "20 mm"
-[points]
-O = [0.0, 0.0]
-A = [0.5, 0.0]
-[links.ground]
-points = ["O"]
-[links.arm]
-points = ["O", "A"]
-section = "bar"
-material = "steel"
-[[drives]]
-link = "arm"
-repeat = true
-law = [
-    {curve = "cycloidal", duration = 0.12, by = 1.0}, {curve = "dwell", duration = 0.06},
-    {curve = "cycloidal", duration = 0.12, by = -1.0}, {curve = "dwell", duration = 0.06},
-]
-[run]
-positions = 120
-damping_ratio = 0.04
-"""
 
 
 def test_the_start_of_a_cycle_is_as_accurate_as_the_rest():

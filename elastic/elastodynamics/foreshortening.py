@@ -7,7 +7,7 @@ rigid-body displacements that close the joints. Its time derivatives are compute
 the chain rule. Direct differentiation of the foreshortening would amplify errors of the time discretization.
 """
 
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -162,17 +162,22 @@ class Foreshortening(Struct, frozen=True, eq=False, dict=True):
         coordinate_rates, amplitude_rates = part.rates(per_coordinate), part.rates(per_amplitude)
         inverse: Any = np.linalg.inv(self._jacobian(angle, slice(nodes.start + 1, nodes.stop)))
 
+        by_turn = partial(self._by_changes, -sine, cosine - 1)
+        by_turn_rate = partial(self._by_changes, -cosine * rate, -sine * rate)  # its time derivative
+        by_turn_second = partial(
+            self._by_changes, sine * rate**2 - cosine * second, -cosine * rate**2 - sine * second
+        )  # its second time derivative
+
         turn = inverse @ per_coordinate[1:]
-        value = self._by_changes(-sine, cosine - 1, turn)
-        at_fixed_turn = self._by_changes(-cosine * rate, -sine * rate, turn)
+        value = by_turn(turn)
+        at_fixed_turn = by_turn_rate(turn)
         known = coordinate_rates[0] + amplitude_rates[0] @ value + per_amplitude[1:] @ at_fixed_turn
         turn_rate = inverse @ known
-        value_rate = self._by_changes(-sine, cosine - 1, turn_rate) + at_fixed_turn
-        at_fixed_turn = self._by_changes(sine * rate**2 - cosine * second, -cosine * rate**2 - sine * second, turn)
-        at_fixed_turn += 2 * self._by_changes(-cosine * rate, -sine * rate, turn_rate)
+        value_rate = by_turn(turn_rate) + at_fixed_turn
+        at_fixed_turn = by_turn_second(turn) + 2 * by_turn_rate(turn_rate)
         known = coordinate_rates[1] + amplitude_rates[1] @ value + 2 * amplitude_rates[0] @ value_rate
         known += per_amplitude[1:] @ at_fixed_turn
-        return value, value_rate, self._by_changes(-sine, cosine - 1, inverse @ known) + at_fixed_turn
+        return value, value_rate, by_turn(inverse @ known) + at_fixed_turn
 
     def _by_free_strains(self, along: Reals, across: Reals) -> Reals:
         """Return the amplitudes due to free strains along and across the beams, each (nodes, Gauss points)."""

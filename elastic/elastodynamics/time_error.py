@@ -1,4 +1,4 @@
-"""Errors of a vibration due to the finite length of its time elements."""
+"""Errors of a vibration due to the finite length of the time elements."""
 
 from __future__ import annotations
 
@@ -14,13 +14,17 @@ from rigid.arrays import Complexes, Flags, Integers, Reals
 
 
 def time_error(solved: Vibration, tolerance: float, inertia_load: Reals | None = None) -> tuple[float, Grid | None]:
-    """Return the error due to time elements, and a finer grid (or None if no finer grid should be used).
+    """Return the error due to time elements, relative to the largest displacement, and a finer grid.
 
-    `inertia_load` is the load of all accelerations on the coordinates, by default that of the coordinates themselves.
+    The finer grid is None if the error meets the tolerance, or if there are already more than `VIBRATION.max_elements`
+    elements. Errors in very short elements are ignored. They come from a jump in the loads within the element, and
+    dividing the element further would not reduce them.
 
-    The error is relative to the largest displacement. The finer grid is None if the error meets the tolerance, or if
-    there are already more than `VIBRATION.max_elements` elements. Errors in elements that are too short to be divided
-    are ignored: they are due to a jump in the loads within the element, which division does not resolve.
+    Parameters
+    ----------
+    inertia_load
+        Inertia forces on the coordinates due to all accelerations, shape (points, r). By default, only the
+        accelerations of the coordinates are considered.
     """
     grid = solved.problem.terms.grid
     unresolved = solved.unresolved(solved.inertia_load if inertia_load is None else inertia_load)
@@ -35,8 +39,8 @@ def time_error(solved: Vibration, tolerance: float, inertia_load: Reals | None =
 def force_error(vibration: Vibration, forces: tuple[Complexes, Complexes] | None = None) -> float:
     """Return the error in section and joint forces due to time elements, relative to the largest of the same kind.
 
-    `forces` contains the section forces and the joint forces at the nodes, each of shape (nodes, ...). By default, they
-    are those of the vibration.
+    `forces` contains the section forces and the joint forces at the nodes, each of shape (nodes, ...). By default, the
+    forces of the vibration are used.
     """
     grid = vibration.problem.terms.grid
     if forces is None:

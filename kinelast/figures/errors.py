@@ -60,7 +60,8 @@ class Estimate(Struct, frozen=True, eq=False):
     beam_theory
         The answer with additional estimated deflections that beam theory neglects.
     shares
-        Errors by other causes, relative to the largest displacement.
+        Errors by cause, relative to the largest displacement. If there is a stage for the same cause, the larger error
+        counts.
     settled
         Discretization error due to time steps and coordinates, relative to the largest displacement.
     forces
@@ -248,8 +249,9 @@ def _of_items(
     # the sign of a relative error is unknown; it gets the sign of the known parts, so that errors do not cancel
     away = np.where(known < 0.0, -1.0, 1.0)
     for name, share in off.shares.items():
-        size = (away if name in BY_MOTION else 1.0) * power * share * wide
-        parts[name] = np.maximum(np.abs(parts[name]), size) if name == TIME and name in stages else size
+        size = power * share * wide
+        size = np.maximum(np.abs(parts[name]), size) if name in stages else size
+        parts[name] = away * size if name in BY_MOTION else size
     if VIBRATION in off.shares:  # an average may be zero without vibration, but its error is not
         least = np.square(power * off.shares[VIBRATION]) * scale
         average = each(figure.over == AVERAGE for figure in figures)
