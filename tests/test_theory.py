@@ -5,6 +5,7 @@ import json
 import math
 import re
 from itertools import pairwise
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -21,9 +22,20 @@ from kinelast import read_scene, scene_from_text, shipped_scenes
 from kinelast.cli.command import main
 from kinelast.figures import exact_errors
 from kinelast.figures.advice import exceedance_advice, nearer
+from kinelast.figures.answer import Answer
 from kinelast.figures.bounds import damping_of
 from kinelast.figures.checks import NonlinearCheck, nonlinear_check, nonlinear_report, solid_check
-from kinelast.figures.figure_error import BEAM_THEORY, LARGE, MEASURED, NOT_OF_MOTION, TIME, VIBRATION, FigureError
+from kinelast.figures.figure_error import (
+    BEAM_THEORY,
+    BETWEEN,
+    LARGE,
+    MEASURED,
+    NOT_OF_MOTION,
+    TIME,
+    VIBRATION,
+    FigureError,
+)
+from kinelast.figures.main_figures import MainFigure
 from kinelast.figures.report import FurtherCheck
 from kinelast.figures.speeds import speeds
 from kinelast.figures.summary import exceedance_rows, theory_report
@@ -37,6 +49,8 @@ from kinelast.scene.reading import Reader
 from kinelast.tasks.progress import Progress
 from kinelast.tasks.request import Request
 from rigid import with_rates
+
+DATA = Path(__file__).parent / "data"
 
 SLOW, FAST = "20 rad/s", "60 rad/s"
 RIGIDITIES = 'shape = "rigidities"\nEA = "12.6 MN"\nEI = "37.8 N m^2"\nmass_per_length = "0.471 kg/m"'
@@ -704,3 +718,28 @@ def test_what_the_told_error_has_is_no_doubt_of_its_own(force, level):
     (reported,) = (finding for finding in findings(results) if finding.heading == "Buckling")
     assert reported.level == level
     assert ("Make it thicker or shorter." in reported.text) == (level == "caution")
+
+
+@pytest.mark.parametrize(
+    ("parts", "enough"),
+    [
+        ({TIME: 0.04, BEAM_THEORY: 0.005}, True),
+        ({TIME: 0.04, BEAM_THEORY: 0.02}, False),
+        ({TIME: 0.04, BEAM_THEORY: 0.5}, False),
+        ({TIME: 0.004, BEAM_THEORY: 0.5}, True),  # negligible
+        ({TIME: 0.04, BETWEEN: 0.02}, False),
+        ({TIME: 0.04, BETWEEN: 0.5}, True),  # becomes small at the instants of `missed_peaks`
+    ],
+)
+def test_a_theory_is_accurate_enough_if_no_other_reduces_the_error(parts, enough):
+    figures = [MainFigure("deflection", 0, 1.0, 1.0, FigureError(parts))]
+    known = SimpleNamespace(unknown="", main_figures=figures, wanted=0.05, accuracy=None)
+    assert Answer.enough.fget(known) == enough
+
+
+def test_peaks_between_the_positions_do_not_lead_to_large_displacement(monkeypatch):
+    """The press rings between its positions. Large displacement changes its deflection by less than 0.1 %."""
+    monkeypatch.setattr("kinelast.figures.theory.geometrically_exact", None)
+    answer = computed(read_scene(DATA / "vibrating_press.toml"), Request()).answer
+    assert answer.theory == ELASTODYNAMIC
+    assert answer.error < 0.05

@@ -120,12 +120,14 @@ class Answer(Struct, frozen=True, eq=False, dict=True):
         """Whether the answer is good enough, so that a more accurate theory of motion is unnecessary.
 
         This is the case if every main figure reaches the accuracy, or misses it mainly because of errors that no theory
-        of motion can reduce. If the user requested an accuracy, all time histories must reach it too.
+        of motion can reduce. Errors `BETWEEN` that exceed the accuracy do not count, because the figures will be
+        evaluated at the `missed_peaks`. If the user requested an accuracy, all time histories must reach it too.
         """
         if self.unknown:
             return False
         for each in self.main_figures:
-            left = each.share - each.share_by_motion
+            between = each.error.parts.get(BETWEEN, 0.0) / each.base
+            left = each.share - each.share_by_motion - (between if between > self.wanted else 0.0)
             if not each.share_by_motion <= max(self.wanted - left, NEGLIGIBLE_GAIN * self.wanted):
                 return False
         return self.accuracy is None or max(self.courses.values(), default=0.0) <= SAFE_SHARE * self.wanted
