@@ -316,10 +316,10 @@ def answered(plain: Results, theory: Theory, judged: bool, progress: Progress = 
 
     best = answer(whole.cycle, theory, plain.period, theory.plain, progress)
     if not (theory.plain or plain.left_out) and len(best.missed_peaks):
-        whole = _with_instants(whole, best.missed_peaks, scene.course.at)
-        if best.vibrating:
-            best = answer_at(best, whole.cycle, theory)
-        else:
+        whole, first = _with_instants(whole, best.missed_peaks, scene.course.at), best
+        if first.vibrating:
+            best = answer_at(first, whole.cycle, theory)
+        if not first.vibrating or (theory.name is None and first.enough and not best.enough):
             best = answer(whole.cycle, theory, plain.period, theory.plain, progress)
     # the stages and the coarser solution need more memory than all other results
     best = replace(best, stages={}, vibrating=best.vibrating and replace(best.vibrating, coarser=None))
