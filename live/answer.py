@@ -4,7 +4,6 @@ A quick answer is a quasi-static analysis at a few positions. A full answer uses
 requests. Both contain a picture: the parts, motion, deflection and stress of the mechanism as plain data and arrays.
 """
 
-import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,7 +13,7 @@ import numpy as np
 from msgspec.structs import replace
 
 import rigid
-from elastic import Deflection, displacement_of, sample, without_positions
+from elastic import without_positions
 from kinelast.figures.cycle import Cycle
 from kinelast.figures.doubted import LIMIT_NAMES
 from kinelast.figures.limits import decisive
@@ -27,20 +26,19 @@ from kinelast.outputs.positions import motion_table, position_table
 from kinelast.outputs.table import Column
 from kinelast.scene.data import Scene, require_reached, require_tables, scene_deflection
 from kinelast.scene.document import Document, document_from_dict
-from kinelast.scene.drives import DriveEffort
 from kinelast.scene.error import SceneError
-from kinelast.scene.figure import LEAST, Figure, Limit, drive_words, items_of
+from kinelast.scene.figure import LEAST, Figure, Limit, items_of
 from kinelast.scene.limits import tolerance
 from kinelast.scene.parsing import read_toml
 from kinelast.scene.text import reader_in
 from kinelast.scene.variables import numbers, place_of
 from live.edit import BARE
-from live.marks import drawn_marks, scene_marks, sheet
+from live.marks import drawn_marks, sheet
+from live.picture import picture
 from live.text import line_of, mistakes_of, places
 from rigid import MechanismError, Motion, Reals, reachable
 
 POSITIONS, FRAMES = 72, 120  # maximum number of positions in the picture of a quick answer, and of a full answer
-STATIONS = np.linspace(0.0, 1.0, 9)
 MAX_BEND, SAME = 0.5, 1e-7  # see `_near_motion`: tolerances of the third and the first condition
 SHOWN = ("deflection", "chord", "stress", "safety", "drive_effort", "joint_force", "shaking_force",
         "transmission_angle", "output_error", "mass")  # fmt: skip
@@ -188,7 +186,7 @@ def _picture_until_stop(scene: Scene, dragged: bool, memory: Memory, graph: str)
     cycle = Cycle(scene, moved, bent, sampled=True)
     chosen = [each for each in figures_of(output) if each.key in _wanted(scene)]
     columns = columns_of(Results(scene, cycle.deflection), graph) if graph or not dragged else ()
-    drawing, data = picture(scene, cycle.deflection, cycle.efforts, columns)
+    drawing, data = picture(scene, cycle.deflection, cycle.efforts, columns, POSITIONS)
     values = magnitudes(cycle, chosen)
     return {
         **drawing,
@@ -291,101 +289,6 @@ def columns_of(results: Results, graph: str = "") -> list[Column]:
     tables = position_table(results), motion_table(results)
     known = {column.name: column for table in tables for column in table.columns}
     return [column for name, column in known.items() if (name == graph if graph else name != "time")]
-
-
-def picture(
-    scene: Scene, bent: Deflection, efforts: Any, columns: Sequence[Column], most: int = POSITIONS
-) -> tuple[Answer, bytes]:
-    """Return the moving and bending mechanism at up to `most` positions.
-
-    The parts are plain data. The arrays are a block of float32 numbers. `arrays` gives the start and shape of each one.
-    """
-    taken = slice(None, None, -(-len(bent.motion.time) // most))
-    arrays: dict[str, Any] = {"time": bent.motion.time[taken], "drive": bent.motion.drive[..., taken]}
-    arrays["effort"] = np.asarray(efforts)[..., taken]
-    arrays["columns"] = np.array([column.values[taken] for column in columns]).reshape(
-        len(columns), len(arrays["time"])
-    )
-    points = _points(bent)
-    arrays["points"], arrays["moved"] = (_pairs([each[at][taken] for each in points.values()]) for at in (0, 1))
-    marks, more = scene_marks(scene, bent.motion)
-    arrays |= {name: _pairs(values)[:, taken] for name, values in more.items()}
-    arrays |= {"shift": _pairs(bent.shift)[:, taken], "angle": bent.angle[:, taken]}
-    arrays["rate"] = bent.motion.drive_rate[:, taken]
-    if scene.labels:
-        arrays |= _beams(bent, taken)
-    store, data, at = {}, [], 0
-    for name, values in arrays.items():
-        flat = np.ascontiguousarray(values, "<f4")
-        store[name] = [at, list(flat.shape)]
-        at += flat.size
-        data.append(flat.tobytes())
-    return {
-        "positions": len(arrays["time"]),
-        "of": len(bent.motion.time),
-        "turn": scene.run.turn,
-        "units": scene.shown_in,
-        "points": list(points),
-        **marks,
-        "columns": [{"name": column.name, "unit": column.unit} for column in columns],
-        "beams": [
-            {"label": label, "link": scene.mechanism.links[at].name, "from": beam.start, "to": beam.end}
-            for label, (at, beam) in zip(scene.labels, scene.mechanism.beams, strict=True)
-        ],
-        "drives": [
-            {"name": name, "unit": unit, "effort": effort, "peaks": _peaks(law)}
-            for (name, _, unit, effort), law in zip(drive_words(scene.mechanism), scene.course.laws, strict=True)
-        ],
-        "arrays": store,
-    }, b"".join(data)
-
-
-def _peaks(law: Any) -> list[float | None] | None:
-    """Return the peak speed, acceleration and jerk of a law. The jerk is None if it is infinite.
-
-    Return None if the drive has an effort instead of a law, or if the peaks are unknown.
-    """
-    peaks = None if isinstance(law, DriveEffort) else rigid.law_peaks(law)
-    if peaks is None:
-        return None
-    return [peaks.speed, peaks.acceleration, None if math.isinf(peaks.jerk) else peaks.jerk]
-
-
-def _points(bent: Deflection) -> dict[str, Any]:
-    """Return the rigid positions and the displacements of all points [m], as complex arrays over the positions."""
-    points: dict[str, Any] = {}
-    moved = bent.motion
-    for number, link in enumerate(moved.mechanism.links):
-        for point in link.points:
-            if point not in points and (number == 0 or not link.name.endswith(" block")):
-                both = rigid.position_of(moved, number, point), displacement_of(bent, number, point)
-                points[point] = [np.broadcast_to(each, moved.columns) for each in both]
-    return points
-
-
-def _beams(bent: Deflection, taken: slice) -> dict[str, Any]:
-    """Return the rigid ends and displacements [m] and the stresses [Pa] of beams.
-
-    The shapes are (beams, 2 ends, positions, 2), (beams, positions, stations, 2) and (beams, positions, stations).
-    """
-    moved, mechanism = bent.motion, bent.motion.mechanism
-    ends, ways = [], []
-    for at, beam in mechanism.beams:
-        own = [np.ravel(mechanism.links[at].points[point])[0] for point in (beam.start, beam.end)]
-        ends.append([moved.origin[at, taken] + moved.direction[at, taken] * each for each in own])
-        ways.append(moved.direction[at, taken] * (own[1] - own[0]) / abs(own[1] - own[0]))
-    local = sample(bent, "u", STATIONS)[:, taken] + 1j * sample(bent, "w", STATIONS)[:, taken]
-    return {
-        "ends": _pairs(ends),
-        "bent": _pairs(local * np.array(ways)[..., None]),
-        "stress": sample(bent, "mises", STATIONS)[:, taken],
-    }
-
-
-def _pairs(values: Any) -> Any:
-    """Return complex numbers as (real, imaginary) pairs along a new last axis."""
-    values = np.array(values, complex)
-    return np.stack([values.real, values.imag], axis=-1)
 
 
 def figure_rows(scene: Scene, chosen: Sequence[Figure], values: Mapping[str, Any]) -> list[Answer]:

@@ -22,9 +22,10 @@ from tiers import in_tiers
 from kinelast import report, scene_from_dict, shipped_scenes
 from kinelast.designs import evaluate
 from kinelast.designs.base import design_measures
-from kinelast.designs.studies import problem_of
+from kinelast.designs.optimum_study import problem_of
 from kinelast.figures.cycle import Cycle
-from kinelast.figures.limits import KEPT, SEVERITY, full_answer, limits_of_items, outcome_indices, verdict_on
+from kinelast.figures.full_answer import full_answer
+from kinelast.figures.limits import KEPT, SEVERITY, limits_of_items, outcome_indices, verdict_on
 from kinelast.figures.measures import magnitudes
 from kinelast.figures.output import output_of
 from kinelast.figures.peaks import joined, run_figures

@@ -8,7 +8,7 @@ from msgspec.structs import replace
 
 from kinelast.cli.command import main
 from kinelast.designs import evaluate
-from kinelast.designs.studies import optimum_study
+from kinelast.designs.optimum_study import optimum_study
 from kinelast.figures.errors import Estimate, figure_errors
 from kinelast.figures.ranges import CHECKS, outside_ranges
 from kinelast.figures.reserves import breaks_first

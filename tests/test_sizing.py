@@ -11,10 +11,11 @@ from scipy.optimize import brentq
 from elastic import deflection, extremes
 from kinelast import read_scene, scene_motion, shipped_scenes
 from kinelast.designs import evaluate
+from kinelast.designs.optimum_study import optimum_study, problem_of
 from kinelast.designs.problem import steps_of
 from kinelast.designs.search import local_searches
 from kinelast.designs.sensitivities import Sensitivities
-from kinelast.designs.studies import optimum_study, problem_of, sensitivity_study, tolerance_study
+from kinelast.designs.studies import sensitivity_study, tolerance_study
 from kinelast.designs.tolerances import accuracy_figures
 from kinelast.outputs.sensitivities import PrintedSensitivities
 from kinelast.outputs.studies import words

@@ -16,7 +16,7 @@ from elastic.assessment import euler_ratio
 from elastic.assessment.buckling import RESOLVED, BucklingModes, buckling_ratio
 from elastic.assessment.buckling_bound import buckling_bound
 from kinelast import read_scene, scene_from_text, shipped_scenes
-from kinelast.figures.limits import results_in_full
+from kinelast.figures.results import results_in_full
 from kinelast.figures.speeds import speeds
 from kinelast.figures.summary import summary
 from kinelast.scene.data import scene_deflection

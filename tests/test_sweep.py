@@ -16,7 +16,8 @@ from kinelast.cli.command import main
 from kinelast.designs import evaluate
 from kinelast.designs.evaluate import Evaluation
 from kinelast.designs.plan import plan_of
-from kinelast.figures.limits import KEPT, SEVERITY, FullAnswer, Judgement, outcome_index
+from kinelast.figures.full_answer import FullAnswer
+from kinelast.figures.limits import KEPT, SEVERITY, Judgement, outcome_index
 from kinelast.figures.summary import summary as summary_of
 from kinelast.runs import computed
 from kinelast.scene.document import document_from_dict, document_of
@@ -190,7 +191,7 @@ def answered_by(monkeypatch, limits, aim, change):
         )
         return FullAnswer("elastodynamic", tuple(judged), reported)
 
-    monkeypatch.setattr("kinelast.figures.limits.full_answer", full)
+    monkeypatch.setattr("kinelast.sweep.tally.full_answer", full)
     kept = ["limits_kept", "limits_margin"] if limits else []
     rows = Rows(Evaluation(document, plan_of(tables), ("mass", "deflection", *kept)))
     columns, reasons = rows(0, 40)

@@ -1,6 +1,6 @@
 """Evaluation of many designs of a scene at once, with arrays that have an axis of designs."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cached_property
 from typing import Any
 
@@ -19,6 +19,7 @@ from kinelast.scene.data import Scene, scene_deflection, scene_motion
 from kinelast.scene.document import Document, Tables, document_of
 from kinelast.scene.error import SceneError
 from kinelast.scene.figure import Figure
+from kinelast.tasks.progress import SILENT, Progress
 from rigid import SINGULAR, MechanismError, Reals, TableError
 from rigid.arrays import Integers
 from rigid.chunks import columns_of
@@ -30,6 +31,9 @@ MIN_POSITIONS = 64  # the number of designs in a batch is computed for at least 
 BUCKLING_MARGIN = 2.0
 # (designs * positions in a batch) / `columns_of`; above 1, because only small arrays are needed to find largest values.
 BATCH_FACTOR = 2
+# Number of designs between two reports of progress: BATCH if all input values can be arrays, SMALL_BATCH if some can be
+# arrays, otherwise 1.
+BATCH, SMALL_BATCH = 512, 64
 
 
 class Designs(Struct, frozen=True, eq=False):
@@ -339,3 +343,40 @@ class Evaluation(Struct, frozen=True, dict=True):
         found = evaluated(self.base, values)
         numbers = dict(zip(self.plan.paths, values.T, strict=True))
         return {**numbers, **found.columns}, found.reason
+
+
+def batched_figures(
+    document: Document,
+    paths: Sequence[str],
+    figures: Sequence[str | Figure],
+    progress: Progress = SILENT,
+    stage: str = "",
+) -> Callable[[np.ndarray], Designs]:
+    """Return a function that computes the figures of designs in batches and reports progress before each batch.
+
+    The returned function takes the input values at `paths`, shape (designs, paths).
+    """
+    base = base_of(document, paths, figures)
+    part = BATCH if all(base.on_axis) else SMALL_BATCH if any(base.on_axis) else 1
+
+    def found(values: np.ndarray) -> Designs:
+        parts = []
+        for first in range(0, len(values), part):
+            if stage:
+                progress(stage, first, len(values))
+            parts.append(evaluated(base, values[first : first + part]))
+        if len(parts) == 1:
+            return parts[0]
+        places = {name: None for part in parts for name in part.place}
+        return Designs(
+            {name: np.concatenate([part.columns[name] for part in parts]) for name in parts[0].columns},
+            parts[0].units,
+            np.concatenate([part.reason for part in parts]),
+            {name: np.concatenate([_place(part, name) for part in parts]) for name in places},
+        )
+
+    return found
+
+
+def _place(part: Designs, name: str) -> Integers:
+    return part.place.get(name, np.full(len(part.reason), -1))

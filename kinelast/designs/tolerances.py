@@ -19,7 +19,8 @@ from elastic.assessment import angle_error
 from kinelast.designs.full_sample import FullColumn, within_limits
 from kinelast.designs.sensitivities import FiguresOf, Sensitivities
 from kinelast.figures.cycle import Cycle
-from kinelast.figures.limits import UNKNOWN, FullAnswer, Judgement
+from kinelast.figures.full_answer import FullAnswer
+from kinelast.figures.limits import UNKNOWN, Judgement
 from kinelast.figures.ranges import STRENGTH
 from kinelast.scene.figure import FIXED, OUTPUT_ERROR, SCENE, Figure, fixed, largest_of, whole
 from kinelast.scene.limits import Output

@@ -19,10 +19,9 @@ from kinelast.figures.measures import Measure, bounded_items, magnitudes, measur
 from kinelast.figures.ranges import STRENGTH, can_yield, needed_by_limits, refusals
 from kinelast.figures.registry import ALONG_BEAMS, figures_of, limits_of
 from kinelast.figures.report import JudgedLimit, Verdict
-from kinelast.figures.results import Results, results_in_full
+from kinelast.figures.results import Results
 from kinelast.figures.trust import doubts
-from kinelast.scene.data import QUASI_STATIC, Scene
-from kinelast.scene.error import SceneError
+from kinelast.scene.data import Scene
 from kinelast.scene.figure import FIXED, LARGEST, LEAST, SCENE, Figure, Limit, fixed, items_of
 from kinelast.scene.numbers import UNRELIABLE
 from kinelast.scene.reading import Reader, Reading, error_entries, known, reading
@@ -36,7 +35,6 @@ PASSED = {KEPT: True, BROKEN: False}
 LIMITS_KEPT, LIMITS_MARGIN = "limits_kept", "limits_margin"
 ONE_POSITION = "only one position of the cycle is computed: increase --positions"
 WIDENED = 2.0  # factor on the error in an unreliable figure; 95 % of these errors are right to within this factor
-SPARE = 1e-4  # extra margin relative to the limit, because the error changes with the design
 PLACES = {figure.key: figure.fields[0] for figure in ALONG_BEAMS if figure.fields}
 """For each figure along beams, the field at whose extreme value the figure is located."""
 
@@ -209,7 +207,7 @@ def _or_refused(results: Results, judged: Judgement, key: str, items: Sequence[i
     return replace(judged, outcome=UNKNOWN, problem="; ".join(filter(None, (before, why))))
 
 
-def _if_reliable(results: Results, judgements: Sequence[Judgement]) -> tuple[Judgement, ...]:
+def if_reliable(results: Results, judgements: Sequence[Judgement]) -> tuple[Judgement, ...]:
     """Return the judgements.
 
     If all figures are unreliable, violated limits remain violated, and the others become "cannot be judged".
@@ -251,40 +249,7 @@ def elastic_limits(scene: Scene) -> list[Limit]:
     return [replace(STRENGTH, figure=f"{STRENGTH.figure}.{name}") for name in names]
 
 
-class FullAnswer(Struct, frozen=True):
-    """The results of a design according to the theory chosen in the scene, with errors.
-
-    Attributes
-    ----------
-    theory
-        Name of the theory; empty if there are no results.
-    judgements
-        Judgement of each limit.
-    figures
-        Magnitude of each requested figure and its error in SI units, by name; nan if unknown.
-    """
-
-    theory: str
-    judgements: tuple[Judgement, ...]
-    figures: Mapping[str, tuple[float, float]]
-
-
-def full_answer(scene: Scene, limits: Iterable[Limit], names: Iterable[str] = ()) -> FullAnswer:
-    """Compute a scene by the theory chosen in it, judge `limits`, and look up the figures `names`."""
-    try:
-        results = results_in_full(scene)
-    except SceneError as error:
-        unknown = tuple(Judgement(limit, UNKNOWN, 0, math.nan, math.nan, error.problem) for limit in limits)
-        return FullAnswer("", unknown, dict.fromkeys(names, (math.nan, math.nan)))
-    measures = measures_of(scene, figures_of(results.figures.output))
-    theory = QUASI_STATIC if results.answer is None else results.answer.theory
-    judged = [_of_measure(results, limit, measures.get(limit.figure)) for limit in limits]
-    judgements = _if_reliable(results, judged)
-    figures = {name: _known(results, measures[name]) for name in names if name in measures}
-    return FullAnswer(theory, judgements, figures)
-
-
-def _known(results: Results, measure: Measure) -> tuple[float, float]:
+def value_and_error(results: Results, measure: Measure) -> tuple[float, float]:
     """Return the value and the error of a measure. Its figure may be one that is computed only on request."""
     entry, peaks = measure.figure, results.figures.peaks.get(measure.figure.key, [])
     if peaks:
@@ -307,48 +272,19 @@ def _value(measure: Measure, cycle: Cycle) -> float:
     return float(np.ravel(measure.of(cycle)[0])[0])
 
 
-def _of_measure(results: Results, limit: Limit, measure: Measure | None) -> Judgement:
+def judged_measure(results: Results, limit: Limit, measure: Measure | None) -> Judgement:
     """Return the judgement of a limit. Its figure may be one that is computed only on request."""
     if measure and measure.figure.key in results.figures.peaks:
         return judgement(results, limit, measure.figure.key, measure.items)
-    value, error = _known(results, measure) if measure else (math.nan, math.nan)
+    value, error = value_and_error(results, measure) if measure else (math.nan, math.nan)
     outcome = BROKEN if results.buckles and math.isnan(value) else SEVERITY[int(outcome_index(limit, value, error))]
     problem = results.buckles or f"the error of {limit.figure} is unknown" if outcome == UNKNOWN else ""
     return _or_refused(results, Judgement(limit, outcome, 0, value, error, problem), limit.figure, [])
 
 
-def adjusted_bound(
-    judged: Judgement, value: float, before: tuple[float, float] | None = None, spare: float = SPARE
-) -> float:
-    """Return a bound on the quasi-static figure that replaces the limit on the figure by the chosen theory.
-
-    If the quasi-static figure of a design equals this bound, the figure by the chosen theory, with its error, should
-    just meet the limit.
-
-    The figure by the chosen theory, with its error, is assumed to be proportional to the quasi-static figure, with the
-    ratio found for the judged design. If `before` is given, a linear relation through both designs is assumed instead.
-
-    Parameters
-    ----------
-    value
-        Quasi-static figure of the judged design.
-    before
-        Quasi-static figure and `Judgement.worst` of another, earlier design.
-    spare
-        Margin that is added to the error, relative to the limit.
-    """
-    bound, worst = float(judged.limit.bound), judged.worst
-    if not math.isfinite(worst) or not math.isfinite(value):
-        return bound
-    moved = bound * value / worst if value * worst > 0.0 else bound + value - worst
-    if before and (worst - before[1]) * (value - before[0]) > 0.0:
-        moved = value + (bound - worst) * (value - before[0]) / (worst - before[1])
-    return moved + (1 if judged.limit.least else -1) * spare * abs(bound)
-
-
 def acceptance(results: Results) -> Verdict:
     """Return the verdict on all limits of a scene, with a row for each limit."""
-    judgements = _if_reliable(results, [judged_limit(results, limit) for limit in results.limits])
+    judgements = if_reliable(results, [judged_limit(results, limit) for limit in results.limits])
     verdict = verdict_on(judgements)
     if results.buckles:
         verdict = Verdict(verdict=VERDICTS[BROKEN], passed=False, problem=results.buckles)
@@ -360,7 +296,7 @@ def judged_limit(results: Results, limit: Limit, items: Sequence[int] | None = N
     scene = results.scene
     asked = next((each for each in figures_of(results.figures.output) if each.key == limit.figure and each.asked), None)
     if asked is not None:
-        return _of_measure(results, limit, measures_of(scene, [asked]).get(limit.figure))
+        return judged_measure(results, limit, measures_of(scene, [asked]).get(limit.figure))
     if items is None:
         items = bounded_items(scene, limit) if limit.figure in results.figures.peaks else []
     return judgement(results, limit, limit.figure if items else "", items)

@@ -46,7 +46,7 @@ from kinelast.scene.figure import (
 )
 from kinelast.scene.limits import FigureBound, Output
 from kinelast.scene.parts import PARTS
-from kinelast.scene.parts.bearings import PLAIN, ROLLING
+from kinelast.scene.parts.joint_kinds import PLAIN, ROLLING
 from rigid import transmission_angles
 from rigid.arrays import Complexes, Real, Reals
 from rigid.constants import mass_moments

@@ -12,8 +12,9 @@ import numpy as np
 from msgspec import UnsetType
 
 from kinelast.designs.optimum import ACTIVE, RADII, OptimumResult
+from kinelast.designs.optimum_study import optimum_study
 from kinelast.designs.problem import steps_of
-from kinelast.designs.studies import optimum_study, sensitivity_study, tolerance_study
+from kinelast.designs.studies import sensitivity_study, tolerance_study
 from kinelast.designs.tolerances import DESIGNS
 from kinelast.figures.limits import BROKEN, UNKNOWN, VERDICTS, verdict_on
 from kinelast.figures.report import OptimumLimit, OptimumReport, OptimumVariable, Verdict

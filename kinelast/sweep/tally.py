@@ -20,8 +20,8 @@ from msgspec.structs import replace
 
 from kinelast.designs.base import base_of
 from kinelast.designs.evaluate import Evaluation, evaluated
-from kinelast.figures import limits as judge
-from kinelast.figures.limits import LIMITS_KEPT, LIMITS_MARGIN, FullAnswer, adjusted_bound
+from kinelast.figures.full_answer import FullAnswer, adjusted_bound, full_answer
+from kinelast.figures.limits import LIMITS_KEPT, LIMITS_MARGIN, limits_of_items, verdict_on
 from kinelast.figures.report import Verdict
 from kinelast.scene.data import QUASI_STATIC
 from kinelast.scene.reading import known
@@ -111,7 +111,7 @@ class Rows(Struct, frozen=True, dict=True):
                 **{name + end: value * self.factor(name) for name, pair in found.figures.items()
                    for end, value in zip((IN_FULL, ERROR), pair, strict=True)},
                 THEORY: found.theory or QUASI_STATIC,
-                VERDICT: judge.verdict_on(found.judgements).verdict,
+                VERDICT: verdict_on(found.judgements).verdict,
             }
             for number, found in tally.answered.items()
         }  # fmt: skip
@@ -185,7 +185,7 @@ class Tally:
     def accepted(self) -> Verdict | None:
         """Verdict of the full answer for the best design; None if there are no limits or there is no full answer."""
         found = self.answered.get(int(self.best[NUMBER])) if self.best else None
-        return judge.verdict_on(found.judgements) if found and self.limits_kept is not None else None
+        return verdict_on(found.judgements) if found and self.limits_kept is not None else None
 
 
 def _merged_rows(
@@ -231,7 +231,7 @@ class FullAnswers:
         self.designs = [*tally.leading, *tally.short]
         self.aims = np.array([tally.aim.sign * row[tally.aim.figure] for row in self.designs])
         self.in_full = np.full(len(self.designs), np.nan)  # values of the figure to be minimised, from full answers
-        limits = list(dict.fromkeys(limit.figure for limit in judge.limits_of_items(self.document.scene)))
+        limits = list(dict.fromkeys(limit.figure for limit in limits_of_items(self.document.scene)))
         self.known: Mapping[str, Any] = {}
         if limits and self.designs:
             values = np.array([[row[path] for path in self.paths] for row in self.designs])
@@ -278,14 +278,14 @@ class FullAnswers:
         self.progress(stage, done, most)
         row, aim = self.designs[at], self.tally.aim
         scene = self.document.with_values({path: row[path] for path in self.paths}).scene
-        answer = judge.full_answer(scene, judge.limits_of_items(scene), self.rows.elastic_figures)
+        answer = full_answer(scene, limits_of_items(scene), self.rows.elastic_figures)
         self.tally.answered[int(row[NUMBER])] = answer
         value, error = answer.figures.get(aim.figure, (row[aim.figure], 0.0))
         known = bool(answer.theory) and math.isfinite(value)
         self.in_full[at] = aim.sign * value if known else self.aims[at]
         self.off = abs(self.in_full[at] - self.aims[at]) + (error if math.isfinite(error) else 0.0)
         self.left[at] = False
-        self.passed[at] = bool(judge.verdict_on(answer.judgements).passed) if answer.judgements else known
+        self.passed[at] = bool(verdict_on(answer.judgements).passed) if answer.judgements else known
         if self.alike and answer.judgements:
             self.expected = np.ones(len(self.designs), bool)
             for judged in answer.judgements:
@@ -301,6 +301,6 @@ def answers_as_data(tally: Tally, units: Mapping[str, str]) -> dict[int, dict[st
             name: {"value": known(value), "unit": units[name], "error": known(error)}
             for name, (value, error) in answer.figures.items()
         }  # fmt: skip
-        verdict = to_builtins(judge.verdict_on(answer.judgements))
+        verdict = to_builtins(verdict_on(answer.judgements))
         plain_data[number] = {"theory": answer.theory, **verdict, "figures": figures}
     return plain_data

@@ -12,21 +12,10 @@ import numpy as np
 from msgspec import Meta, field
 
 from kinelast.scene.error import fault, known_name, require_absent
-from kinelast.scene.figure import (
-    AVERAGE,
-    LEAST,
-    MACHINE,
-    Figure,
-    Kind,
-    RangeCheck,
-    averaged,
-    each,
-    items_of,
-    joint_words,
-    least,
-)
+from kinelast.scene.figure import AVERAGE, LEAST, Figure, Kind, RangeCheck, averaged, each, items_of, least
 from kinelast.scene.numbers import real, require
 from kinelast.scene.part import Assembly, Part
+from kinelast.scene.parts.joint_kinds import BEARING, CLEARANCE, CLEARANCES, EYE, KEY, PIN, PLAIN, ROLLING, joints_with
 from kinelast.scene.quantities import Duration, LoadRating, PressureSpeed, Share, Size, SlidingSpeed, Stress
 from kinelast.scene.reading import MAX_MARKS, reading
 from kinelast.scene.tables import Factor, StrictTable
@@ -42,7 +31,6 @@ if TYPE_CHECKING:
     from kinelast.scene.limits import Output
     from kinelast.scene.reading import Reader
 
-KEY = "bearings"
 ROLLER_EXPONENT = 10.0 / 3.0  # life exponent of roller bearings
 
 
@@ -191,34 +179,6 @@ def _plain(table: PlainTable) -> formulas.Plain | formulas.Guide:
 def _or(value: Any, otherwise: float) -> Any:
     """Return a number, or `otherwise` if it is missing."""
     return otherwise if value is None else real(value)
-
-
-def _has(scene: Scene, joint: str, part: str) -> bool:
-    """Return True if a joint has a machine part, such as an eye.
-
-    The part "bearing" is present at any pin with a table under `[bearings]`.
-    """
-    parts = scene.parts[KEY].get(joint)
-    if parts is None:
-        return False
-    return joint not in scene.mechanism.slider_points if part == "bearing" else getattr(parts, part) is not None
-
-
-def joints_with(scene: Scene, part: Kind) -> dict[int, str]:
-    """Return the names of the joints that have a machine part of the given kind, by joint number."""
-    words = enumerate(joint_words(scene.mechanism))
-    return {number: name for number, (name, _) in words if _has(scene, name, part.name)}
-
-
-def _joints(part: str, noun: str = "") -> Kind:
-    """Return a kind of item for results. Its items are the joints that have the machine part `part`."""
-    return Kind(part, lambda scene: [name for name, _ in joint_words(scene.mechanism) if _has(scene, name, part)], noun)
-
-
-BEARING, CLEARANCE = _joints("bearing", "joint"), _joints("clearance", "joint")
-ROLLING, PLAIN = _joints("rolling", "rolling bearing"), _joints("plain", "plain bearing")
-PIN, EYE = _joints("pin"), _joints("eye")
-CLEARANCES = Kind("scene with clearance", lambda scene: [""] * bool(joints_with(scene, CLEARANCE)), MACHINE)
 
 
 def lost_contact(cycle: Cycle, number: int) -> Flags:

@@ -1,0 +1,82 @@
+"""Full answer: a design by the theory that the scene requests, with errors and judged limits.
+
+Designs, optimization and sweeps compute quasi-static figures (results such as the largest deflection), and full answers
+only for a few designs.
+"""
+
+import math
+from collections.abc import Iterable, Mapping
+
+from msgspec import Struct
+
+from kinelast.figures.limits import UNKNOWN, Judgement, if_reliable, judged_measure, value_and_error
+from kinelast.figures.measures import measures_of
+from kinelast.figures.registry import figures_of
+from kinelast.figures.results import results_in_full
+from kinelast.scene.data import QUASI_STATIC, Scene
+from kinelast.scene.error import SceneError
+from kinelast.scene.figure import Limit
+
+SPARE = 1e-4  # extra margin relative to the limit, because the error changes with the design
+
+
+class FullAnswer(Struct, frozen=True):
+    """The results of a design according to the theory chosen in the scene, with errors.
+
+    Attributes
+    ----------
+    theory
+        Name of the theory; empty if there are no results.
+    judgements
+        Judgement of each limit.
+    figures
+        Magnitude of each requested figure and its error in SI units, by name; nan if unknown.
+    """
+
+    theory: str
+    judgements: tuple[Judgement, ...]
+    figures: Mapping[str, tuple[float, float]]
+
+
+def full_answer(scene: Scene, limits: Iterable[Limit], names: Iterable[str] = ()) -> FullAnswer:
+    """Compute a scene by the theory chosen in it, judge `limits`, and look up the figures `names`."""
+    try:
+        results = results_in_full(scene)
+    except SceneError as error:
+        unknown = tuple(Judgement(limit, UNKNOWN, 0, math.nan, math.nan, error.problem) for limit in limits)
+        return FullAnswer("", unknown, dict.fromkeys(names, (math.nan, math.nan)))
+    measures = measures_of(scene, figures_of(results.figures.output))
+    theory = QUASI_STATIC if results.answer is None else results.answer.theory
+    judged = [judged_measure(results, limit, measures.get(limit.figure)) for limit in limits]
+    judgements = if_reliable(results, judged)
+    figures = {name: value_and_error(results, measures[name]) for name in names if name in measures}
+    return FullAnswer(theory, judgements, figures)
+
+
+def adjusted_bound(
+    judged: Judgement, value: float, before: tuple[float, float] | None = None, spare: float = SPARE
+) -> float:
+    """Return a bound on the quasi-static figure that replaces the limit on the figure by the chosen theory.
+
+    If the quasi-static figure of a design equals this bound, the figure by the chosen theory, with its error, should
+    just meet the limit.
+
+    The figure by the chosen theory, with its error, is assumed to be proportional to the quasi-static figure, with the
+    ratio found for the judged design. If `before` is given, a linear relation through both designs is assumed instead.
+
+    Parameters
+    ----------
+    value
+        Quasi-static figure of the judged design.
+    before
+        Quasi-static figure and `Judgement.worst` of another, earlier design.
+    spare
+        Margin that is added to the error, relative to the limit.
+    """
+    bound, worst = float(judged.limit.bound), judged.worst
+    if not math.isfinite(worst) or not math.isfinite(value):
+        return bound
+    moved = bound * value / worst if value * worst > 0.0 else bound + value - worst
+    if before and (worst - before[1]) * (value - before[0]) > 0.0:
+        moved = value + (bound - worst) * (value - before[0]) / (worst - before[1])
+    return moved + (1 if judged.limit.least else -1) * spare * abs(bound)
