@@ -18,6 +18,7 @@ from tiers import in_tiers
 from elastic import deflection, sample
 from elastic.assessment import buckling
 from elastic.elastodynamics import transient
+from elastic.elastodynamics.vibration_settings import VIBRATION as VIBRATION_SETTINGS
 from kinelast import read_scene, scene_from_text, shipped_scenes
 from kinelast.cli.command import main
 from kinelast.figures import exact_errors
@@ -743,3 +744,30 @@ def test_peaks_between_the_positions_do_not_lead_to_large_displacement(monkeypat
     answer = computed(read_scene(DATA / "vibrating_press.toml"), Request()).answer
     assert answer.theory == ELASTODYNAMIC
     assert answer.error < 0.05
+
+
+ROCKER = """
+materials.steel = {E = "210 GPa", density = 7850}
+sections.bar = {shape = "rectangle", depth = "5.8 mm", width = "8 mm"}
+points = {O = [0.0, 0.0], R = [0.073, 0.0], T = [-0.07, 0.007]}
+links.ground.points = ["O"]
+links.rocker = {points = ["R", "O", "T"], section = "bar", material = "steel", beams = [["O", "R"], ["O", "T"]]}
+drives = [{link = "rocker", repeat = true, law = [
+    {curve = "constant-acceleration", duration = 0.22, by = 0.36}, {curve = "dwell", duration = 0.052},
+    {curve = "constant-acceleration", duration = 0.22, by = -0.36}, {curve = "dwell", duration = 0.052}]}]
+run = {damping_ratio = 0.019, positions = 22}
+"""
+
+
+def test_errors_of_many_short_time_elements_are_measured_if_that_is_quick(monkeypatch):
+    """The estimate from the series of the time elements is ten times too high, because the acceleration jumps."""
+    monkeypatch.setattr("kinelast.figures.theory.geometrically_exact", None)
+    scene = scene_from_text(ROCKER)
+    answer, fine = (computed(scene, Request(theory=name)).answer for name in (None, ELASTODYNAMIC))
+    assert answer.theory == ELASTODYNAMIC
+    assert answer.vibrating.elements > VIBRATION_SETTINGS.max_halved
+    figures = {each.key: each for each in answer.main_figures}
+    estimated = answer.vibrating.force_error * figures["stress"].value
+    assert abs(figures["stress"].error.parts[TIME]) < 0.1 * estimated
+    for each in fine.main_figures:
+        assert each.value == pytest.approx(figures[each.key].value, abs=figures[each.key].error.size)

@@ -294,13 +294,14 @@ def halved(discretization: Discretization, grid: Grid) -> tuple[Discretization, 
     return discretization.wider(), grid.divided(np.full(len(grid.steps), 2))
 
 
-def worth_halving(mechanism: Mechanism, elements: int, bound: float, resolved: float) -> bool:
+def worth_halving(mechanism: Mechanism, elements: int, coordinates: int, bound: float, resolved: float) -> bool:
     """Return whether the discretization error should be measured by a second solution with elements of half the length.
 
-    This is the case if the error bound `bound` exceeds `resolved`, there is no Coulomb friction, and there are at most
-    `VIBRATION.max_halved` elements.
+    This is the case if the error bound `bound` exceeds `resolved`, there is no Coulomb friction, and the second solution
+    does not take long.
     """
-    return bound > resolved and not has_dry_friction(mechanism) and elements <= VIBRATION.max_halved
+    quick = elements <= VIBRATION.max_halved or elements * coordinates**3 <= VIBRATION.max_halved_work
+    return bound > resolved and quick and not has_dry_friction(mechanism)
 
 
 def require_unlocked(bent: Deflection) -> Deflection:

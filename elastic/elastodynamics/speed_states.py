@@ -164,7 +164,7 @@ def _errors(
     start = answer
     sampler: Callable[[Any], Any] = grid.with_start
     forces = convergence_error + force_error(answer)
-    if worth_halving(answer.motion.mechanism, len(grid.steps), forces, task.resolved):
+    if worth_halving(answer.motion.mechanism, len(grid.steps), answer.history[0].shape[1], forces, task.resolved):
         discretization, grid = halved(discretization, grid)
         start, sampler = vibration_in(discretization, grid), grid.sampler(bent.motion.time)
         loads = resampled(corrected(start, tolerance)[0].loads, sampler)

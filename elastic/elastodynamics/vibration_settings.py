@@ -12,7 +12,9 @@ class VibrationSettings(Struct, frozen=True):
     mode_positions: int = 16  # number of positions in the cycle at which modes are computed
     max_mode_entries: int = 40_000_000  # maximum value of mode_positions * elastic coordinates * masses
     max_elements: int = 2048  # a grid with more time elements is not refined further
-    max_halved: int = 256  # with more time elements, errors are not measured with elements of half the length
+    # errors are measured with elements of half the length if there are at most this number of elements ...
+    max_halved: int = 256
+    max_halved_work: float = 1e6  # ... or if elements * coordinates^3 is at most this; it then takes a few seconds
     # assumed order of convergence in time, from which the number of elements of a finer grid is predicted
     order: int = 5
     refined_error: float = 0.2  # a grid is refined so that the predicted time error is this, relative to the tolerance

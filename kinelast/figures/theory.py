@@ -285,7 +285,9 @@ class _Theories(Answers, frozen=True, eq=False, dict=True):
 
     def _worth_measuring(self, answer: Elastodynamic, wanted: float) -> bool:
         """Return whether the discretization error has to be measured by another discretization."""
-        return worth_halving(self.scene.mechanism, answer.elements, answer.bound, self.accepted_bound(wanted))
+        return worth_halving(
+            self.scene.mechanism, answer.elements, answer.coordinates, answer.bound, self.accepted_bound(wanted)
+        )
 
     def _large_displacement(
         self, linear: Elastodynamic, finer: Vibration | None, wanted: float
