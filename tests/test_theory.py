@@ -26,6 +26,7 @@ from kinelast.figures.advice import exceedance_advice, nearer
 from kinelast.figures.answer import Answer
 from kinelast.figures.bounds import damping_of
 from kinelast.figures.checks import NonlinearCheck, nonlinear_check, nonlinear_report, solid_check
+from kinelast.figures.errors import Estimate
 from kinelast.figures.figure_error import (
     BEAM_THEORY,
     BETWEEN,
@@ -722,20 +723,24 @@ def test_what_the_told_error_has_is_no_doubt_of_its_own(force, level):
 
 
 @pytest.mark.parametrize(
-    ("parts", "enough"),
+    ("parts", "accuracy", "enough"),
     [
-        ({TIME: 0.04, BEAM_THEORY: 0.005}, True),
-        ({TIME: 0.04, BEAM_THEORY: 0.02}, False),
-        ({TIME: 0.04, BEAM_THEORY: 0.5}, False),
-        ({TIME: 0.004, BEAM_THEORY: 0.5}, True),  # negligible
-        ({TIME: 0.04, BETWEEN: 0.02}, False),
-        ({TIME: 0.04, BETWEEN: 0.5}, True),  # becomes small at the instants of `missed_peaks`
+        ({TIME: 0.04, BEAM_THEORY: 0.005}, None, True),
+        ({TIME: 0.04, BEAM_THEORY: 0.02}, None, False),
+        ({TIME: 0.04, BEAM_THEORY: 0.5}, None, True),
+        ({TIME: 0.06, BEAM_THEORY: 0.5}, None, False),
+        ({TIME: 0.04, BEAM_THEORY: 0.5}, 0.05, False),
+        ({TIME: 0.004, BEAM_THEORY: 0.5}, 0.05, True),  # negligible
+        ({TIME: 0.04, BETWEEN: 0.02}, None, False),
+        ({TIME: 0.04, BETWEEN: 0.5}, None, True),  # becomes small at the instants of `missed_peaks`
+        ({TIME: 0.04, BETWEEN: 0.5}, 0.05, True),
     ],
 )
-def test_a_theory_is_accurate_enough_if_no_other_reduces_the_error(parts, enough):
+def test_a_theory_is_accurate_enough_if_no_other_reduces_the_error(parts, accuracy, enough):
     figures = [MainFigure("deflection", 0, 1.0, 1.0, FigureError(parts))]
-    known = SimpleNamespace(unknown="", main_figures=figures, wanted=0.05, accuracy=None)
-    assert Answer.enough.fget(known) == enough
+    answer = Answer("", None, None, None, {}, [], Estimate({}, None, {}), figures, accuracy, 0.0, True)
+    vars(answer)["courses"] = {}
+    assert answer.enough == enough
 
 
 def test_peaks_between_the_positions_do_not_lead_to_large_displacement(monkeypatch):
@@ -769,5 +774,16 @@ def test_errors_of_many_short_time_elements_are_measured_if_that_is_quick(monkey
     figures = {each.key: each for each in answer.main_figures}
     estimated = answer.vibrating.force_error * figures["stress"].value
     assert abs(figures["stress"].error.parts[TIME]) < 0.1 * estimated
+    for each in fine.main_figures:
+        assert each.value == pytest.approx(figures[each.key].value, abs=figures[each.key].error.size)
+
+
+def test_a_too_coarse_vibration_is_solved_finer_and_not_with_large_displacement(monkeypatch):
+    monkeypatch.setattr("kinelast.figures.theory.geometrically_exact", None)
+    scene = read_scene(DATA / "slow_six_bar.toml")
+    answer, fine = (computed(scene, Request(theory=name)).answer for name in (None, ELASTODYNAMIC))
+    assert (answer.theory, answer.vibrating.elements) == (ELASTODYNAMIC, 642)  # twice the 321 of the first vibration
+    assert answer.enough
+    figures = {each.key: each for each in answer.main_figures}
     for each in fine.main_figures:
         assert each.value == pytest.approx(figures[each.key].value, abs=figures[each.key].error.size)

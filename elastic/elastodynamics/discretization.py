@@ -297,8 +297,8 @@ def halved(discretization: Discretization, grid: Grid) -> tuple[Discretization, 
 def worth_halving(mechanism: Mechanism, elements: int, coordinates: int, bound: float, resolved: float) -> bool:
     """Return whether the discretization error should be measured by a second solution with elements of half the length.
 
-    This is the case if the error bound `bound` exceeds `resolved`, there is no Coulomb friction, and the second solution
-    does not take long.
+    This is the case if the error bound `bound` exceeds `resolved`, there is no Coulomb friction, and the second
+    solution does not take long.
     """
     quick = elements <= VIBRATION.max_halved or elements * coordinates**3 <= VIBRATION.max_halved_work
     return bound > resolved and quick and not has_dry_friction(mechanism)

@@ -82,10 +82,10 @@ def finer_solution(
 ) -> tuple[Elastodynamic, float]:
     """Return the solution in a finer discretization at the same positions, and its convergence error.
 
-    The difference between the result and `answer` is the discretization error of `answer`. For small displacements, the
-    convergence error is relative to the largest displacement. For large displacements, it is relative to the chord
-    deflection of the worst beam. Time elements and coordinates are refined together, because refinement of only one of
-    them may hardly change the result.
+    The difference between the result and `answer` is the discretization error of `answer`. For small displacements, all
+    attributes of the result describe the finer discretization, and the convergence error is relative to the largest
+    displacement. For large displacements, it is relative to the chord deflection of the worst beam. Time elements and
+    coordinates are refined together, because refinement of only one of them may hardly change the result.
 
     Parameters
     ----------
@@ -99,8 +99,16 @@ def finer_solution(
     if finer is None or answer.discretization is None:
         return answer, 0.0
     if answer.exact is None:
-        found, left = corrected(finer, tolerance)
-        after = replace(answer, vibration=found)
+        vibration, left = corrected(finer, tolerance)
+        after = replace(
+            answer,
+            coordinates=vibration.history[0].shape[1],
+            elements=len(vibration.problem.terms.grid.steps),
+            time_error=time_error(vibration, tolerance)[0],
+            reduction_error=left,
+            vibration=vibration,
+            discretization=answer.discretization.wider(),
+        )
     else:
         wider = answer.discretization.wider()
         start = _transferred_if_useful(answer.exact.displaced, finer, answer.discretization, wider)

@@ -119,16 +119,21 @@ class Answer(Struct, frozen=True, eq=False, dict=True):
     def enough(self) -> bool:
         """Whether the answer is good enough, so that a more accurate theory of motion is unnecessary.
 
-        This is the case if every main figure reaches the accuracy, or misses it mainly because of errors that no theory
-        of motion can reduce. Errors `BETWEEN` that exceed the accuracy do not count, because the figures will be
-        evaluated at the `missed_peaks`. If the user requested an accuracy, all time histories must reach it too.
+        This is the case if every main figure reaches the accuracy, or if the error due to the theory of motion is
+        negligible. If other errors alone exceed the default accuracy, the theory of motion only has to reach it by
+        itself. If the user requested an accuracy, all time histories must reach it too. Errors `BETWEEN` that lead to
+        `missed_peaks` do not count, because the figures will be evaluated there.
         """
         if self.unknown:
             return False
         for each in self.main_figures:
-            between = each.error.parts.get(BETWEEN, 0.0) / each.base
-            left = each.share - each.share_by_motion - (between if between > self.wanted else 0.0)
-            if not each.share_by_motion <= max(self.wanted - left, NEGLIGIBLE_GAIN * self.wanted):
+            left = each.share - each.share_by_motion
+            if self._is_missed(each):
+                left -= each.error.parts[BETWEEN] / each.base
+            accepted = max(self.wanted - left, NEGLIGIBLE_GAIN * self.wanted)
+            if self.accuracy is None and left >= self.wanted:
+                accepted = self.wanted
+            if not each.share_by_motion <= accepted:
                 return False
         return self.accuracy is None or max(self.courses.values(), default=0.0) <= SAFE_SHARE * self.wanted
 
@@ -152,7 +157,7 @@ class Answer(Struct, frozen=True, eq=False, dict=True):
     @property
     def missed_peaks(self) -> Reals:
         """Instants [s] around the peaks of main figures that have an error `BETWEEN` above the accuracy."""
-        keys = {each.key for each in self.main_figures if each.error.parts.get(BETWEEN, 0.0) > self.wanted * each.base}
+        keys = {each.key for each in self.main_figures if self._is_missed(each)}
         figures = [figure for figure in self.figures if figure.key in keys and not figure.of_motion(self.cycle.scene)]
         instants = [np.zeros(0)]
         for cycle in filter(None, (self.off.closer, self.off.moving)):
@@ -161,6 +166,9 @@ class Answer(Struct, frozen=True, eq=False, dict=True):
                 near = np.add.outer(cycle.of(figure).position, (-1, 0, 1))
                 instants.append(time[np.clip(near, 0, len(time) - 1)].ravel())
         return np.unique(np.concatenate(instants))
+
+    def _is_missed(self, figure: MainFigure) -> bool:
+        return figure.error.parts.get(BETWEEN, 0.0) > self.wanted * figure.base
 
     def reaches(self, error: float) -> bool | None:
         """Return whether `error` and the time histories reach the requested accuracy, or None if none was requested."""

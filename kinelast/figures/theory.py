@@ -6,7 +6,7 @@ discretizations and figures.
 
 import math
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cached_property
 from typing import Any
 
@@ -212,6 +212,9 @@ class _Theories(Answers, frozen=True, eq=False, dict=True):
             yield self.answer(QUASI_STATIC, linear, {VIBRATION: linear, **stages}, shares)
         if asked != GEOMETRICALLY_EXACT:
             yield self.answer(ELASTODYNAMIC, linear, stages, shares)
+        if asked is None and (resolved := self._resolved(linear, stages.get(TIME), displaced, open_by, tolerance)):
+            yield from self.candidates(resolved, tolerance, wanted)
+            return
         stepped = finest if shared is None or not displaced else with_large_displacement(linear)[0]
         rests = _rests(self.plain)
         if (
@@ -241,6 +244,31 @@ class _Theories(Answers, frozen=True, eq=False, dict=True):
             return
         known = (shared, finest) if exact.vibration is linear.vibration else (None, None)
         yield self.answer(GEOMETRICALLY_EXACT, exact, *self._errors_of_exact(exact, tolerance, wanted, *known))
+
+    def _resolved(
+        self,
+        linear: Elastodynamic,
+        finer: Elastodynamic | None,
+        displaced: Mapping[str, Elastodynamic],
+        open_by: Mapping[str, float],
+        tolerance: float,
+    ) -> Elastodynamic | None:
+        """Return the vibration in a finer discretization if only the discretization errors of `linear` are too large.
+
+        Otherwise return None. Also return None if the finer vibration would take long.
+
+        Parameters
+        ----------
+        finer
+            Result of `finer_solution`, if known.
+        displaced, open_by
+            Results of `_large_displacement`.
+        """
+        if not self.answer(ELASTODYNAMIC, finer or linear, displaced, open_by).enough:
+            return None
+        if finer is None and worth_halving(self.scene.mechanism, linear.elements, linear.coordinates, math.inf, 0.0):
+            return finer_solution(linear, finer_vibration(linear), tolerance)[0]
+        return finer
 
     def best(self, tried: Sequence[Answer]) -> Answer:
         """Return the answer with the smallest error due to the theory of motion.
