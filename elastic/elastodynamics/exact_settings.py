@@ -56,7 +56,7 @@ class ExactSettings(Struct, frozen=True):
     # When the method starts from a solution on a coarser grid, it first ignores the residual response of that solution.
     # If the resulting convergence error exceeds this multiple of the tolerance, it starts again with the interpolated
     # residual response.
-    max_restart_ratio: float = 3.0
+    max_restart_ratio: float = 10.0
     # The iteration for the section forces of rotated beams ends when they change by less than a limit, relative to the
     # largest. The limit is this fraction of the tolerance. Larger changes would act as noise in the residual.
     force_tolerance_ratio: float = 0.1
