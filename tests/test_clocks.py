@@ -13,6 +13,7 @@ from pathlib import Path
 
 import pytest
 from scene_texts import FOUR_BAR, edited
+from tiers import in_tiers
 
 from kinelast.outputs.outbox import locked
 
@@ -65,8 +66,7 @@ def results(folder, clock, *options):
     return {path.relative_to(out): path.read_bytes() for path in names}
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("kind", ["reports", "sweep"])
+@pytest.mark.parametrize("kind", in_tiers(["reports", "sweep"], 0, 1))
 def test_results_and_resuming_do_not_depend_on_clocks(kind, tmp_path):
     scene = edited(FOUR_BAR, ("positions = 36", "positions = 12")) + SWEEP
     for name in ("one", "two"):

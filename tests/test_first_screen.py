@@ -227,8 +227,9 @@ THIN = """
     return names.filter((text) => {
         const box = text.getBoundingClientRect();
         return [...document.querySelectorAll('.mechanism .rigid path, .mechanism .mark')].some((path) => {
-            const long = path.getTotalLength(), onScreen = path.getScreenCTM();
-            return long && Array.from({ length: 200 }, (_, n) => path.getPointAtLength((n * long) / 199).matrixTransform(onScreen))
+            const long = path.getTotalLength(), onScreen = path.getScreenCTM(), around = path.getBoundingClientRect();
+            const apart = around.right < box.left || around.left > box.right || around.bottom < box.top || around.top > box.bottom;
+            return long && !apart && Array.from({ length: 200 }, (_, n) => path.getPointAtLength((n * long) / 199).matrixTransform(onScreen))
                 .some(({ x, y }) => x > box.left + 2 && x < box.right - 2 && y > box.top + 4 && y < box.bottom - 4);
         });
     }).map((text) => text.textContent)"""  # noqa: E501

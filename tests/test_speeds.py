@@ -90,8 +90,7 @@ def answers_of(scene):
 
 
 class TestLimitSpeed:
-    @pytest.mark.slow
-    @pytest.mark.parametrize("requested", [(430.0, 470.0, 2), (440.0, 480.0, 4)])
+    @pytest.mark.parametrize("requested", in_tiers([((430.0, 470.0, 2),), ((440.0, 480.0, 4),)], 0, 1))
     def test_the_limit_speed_does_not_depend_on_the_requested_speeds(self, requested):
         """Single answers, with their errors, keep the limit at 454.3 and break it at 454.9 rad/s, and keep it again."""
         text = (LIGHTLY_DAMPED + CHORD).replace(", yield = 400e6", "")
@@ -312,8 +311,7 @@ class TestUnstableRanges:
         assert [single.stable(ratio) for ratio in (below, low)] == [True, False]
 
 
-@pytest.mark.parametrize("requested", [(100.0, 700.0, 10), pytest.param((400.0, 480.0, 3), id="part")])
-@pytest.mark.slow
+@pytest.mark.parametrize("requested", in_tiers([((400.0, 480.0, 3),), ((100.0, 700.0, 10),)], 0, 1))
 def test_all_peaks_of_a_dense_scan_are_found(requested):
     """Each peak of each link at speeds a third of its half width apart is known to 2 %."""
     scene = scene_from_text(LIGHTLY_DAMPED)
