@@ -5,6 +5,8 @@ requested positions. A step leads from one knot to the next. It is certain if `r
 exactly one branch runs through it. Uncertain steps are halved. If a very short step is still uncertain, it contains a
 change point or a limit of motion. At a change point, two branches meet; the tracked branch continues smoothly through
 it. Beyond a limit of motion, positions are nan.
+
+The file is long because all methods of its class read and write one table of knots.
 """
 
 from typing import Any
@@ -26,22 +28,8 @@ from rigid.positions.knots import Table, knots_before, merged, select, steps, to
 from rigid.positions.newton import MAX_NEWTON_STEPS, closes, newton, sine_of, tree_closure
 from rigid.positions.partial_posture import PartialPosture
 from rigid.positions.rows import designs_of_lengths, select_designs
+from rigid.positions.tracking_settings import SETTINGS
 from rigid.postures import joint_place
-
-# Uncertain steps around a change point of a dyad have at most this total length, as a number of finest steps.
-DYAD_CHANGE_WIDTH = 64
-GENERAL_CHANGE_WIDTH = 256  # the same for groups other than dyads, which have more round-off
-# Finest step of groups other than dyads. In shorter steps, round-off hides the branch. The unit is the stride, i.e. the
-# initial distance between adjacent knots.
-FINEST_GENERAL = 2.0**-24
-STEPS_PER_BLOCK = 4096  # number of steps that are certified together, so that their arrays fit into the CPU cache
-# if more steps than this would have to be halved at once, and more than there were initially, halving stops
-MAX_HALVED = 30_000
-# accuracy to which a dyad's limit of motion is located, in strides (initial distances between knots)
-LIMIT_RESOLUTION = 2.0**-8
-# if the coordinate of a slider changes by more than this in a finest step, it goes to infinity there; relative to the
-# mechanism size
-MAX_JUMP = 1e-3
 
 
 class TrackedBranch:
@@ -229,8 +217,8 @@ class TrackedBranch:
         """
         count = len(low["place"] if at is None else at)
         parts = []
-        for first in range(0, max(count, 1), STEPS_PER_BLOCK):
-            block = slice(first, first + STEPS_PER_BLOCK)
+        for first in range(0, max(count, 1), SETTINGS.steps_per_block):
+            block = slice(first, first + SETTINGS.steps_per_block)
             begin, end = (block, block) if at is None else (at[block], at[block] + 1)
             parts.append(self._certified(select(low, begin), select(high, end), number))
         boxes, before = zip(*parts, strict=True)
@@ -264,7 +252,8 @@ class TrackedBranch:
                 if k == number:
                     return box.T, before
                 passed = finest & np.isfinite(low["sine"][:, k] + high["sine"][:, k])
-                box = np.where(np.isnan(box) & passed, np.abs(changes.T) + DYAD_CHANGE_WIDTH * FINEST_STEP, box)
+                width = SETTINGS.dyad_change_width * FINEST_STEP
+                box = np.where(np.isnan(box) & passed, np.abs(changes.T) + width, box)
                 before &= np.isfinite(box).all(axis=0)
                 certificate.fill(box)
         raise AssertionError
@@ -275,7 +264,7 @@ class TrackedBranch:
         The unit of `finest` is the stride, i.e. the initial distance between adjacent knots.
         """
         finest = (self.finest(number) if finest is None else finest) * self.path.stride
-        most, table = max(MAX_HALVED, len(which)), self.table
+        most, table = max(SETTINGS.max_halved, len(which)), self.table
         box, before = self.certify(table, table, number, which)
         split = self._split(table, table, number, (box, before), finest, most, which)
         table[f"box{number}"][which], table[f"certain{number}"][which] = box, np.isfinite(box).all(axis=1)
@@ -307,7 +296,9 @@ class TrackedBranch:
         """
         box, before = known
         begin, end = (slice(None), slice(None)) if at is None else (at, at + 1)
-        edge = (LIMIT_RESOLUTION if all(self.forms) else self.edge) * self.path.stride if self.forms[number] else finest
+        edge = finest
+        if self.forms[number]:
+            edge = self.path.stride * (SETTINGS.limit_resolution if all(self.forms) else self.edge)
         length = high["place"][end] - low["place"][begin]
         closes = np.isfinite(np.array([low["sine"][begin, number], high["sine"][end, number]]))
         # if an earlier group is certain in a step, it is also certain in the halves of the step, even if their boxes
@@ -329,16 +320,15 @@ class TrackedBranch:
 
     def finest(self, number: int) -> float:
         """Return the length of the finest steps of a group, in strides (initial distances between knots)."""
-        return FINEST_STEP if self.forms[number] else FINEST_GENERAL
+        return FINEST_STEP if self.forms[number] else SETTINGS.finest_general
 
     def width(self, number: int) -> float:
         """Return the largest total length of the uncertain steps around a change point.
 
         The length is a difference in the path parameter.
         """
-        return (
-            (DYAD_CHANGE_WIDTH if self.forms[number] else GENERAL_CHANGE_WIDTH) * self.finest(number) * self.path.stride
-        )
+        finest_steps = SETTINGS.dyad_change_width if self.forms[number] else SETTINGS.general_change_width
+        return finest_steps * self.finest(number) * self.path.stride
 
     def before(self, row: int, place: float) -> int:
         """Return the index of the knot at which the step of a design that contains a point on the path begins.
@@ -439,7 +429,7 @@ class TrackedBranch:
         at = at[place[at + 1] - place[at] <= 2 * FINEST_STEP * self.path.stride]
         slides = table[f"free{number}"][:, ~np.array(self.structure.groups[number].angles)]
         jump = np.abs(slides[at + 1] - slides[at]).max(axis=1, initial=0.0)
-        at = at[~(jump <= MAX_JUMP * self.mechanism.size)]
+        at = at[~(jump <= SETTINGS.max_jump * self.mechanism.size)]
         return np.where(place[at + 1] > self.path.begin, at + 1, at)
 
     def _change_points(self, number: int) -> list[int]:

@@ -7,31 +7,13 @@ import numpy as np
 from rigid.arrays import Integers, Reals
 from rigid.positions.branch import TrackedBranch
 from rigid.positions.knots import Table, merged, select, steps
+from rigid.positions.tracking_settings import SETTINGS
 
 # Terms in this file: A step leads from one knot to the next. It is certain if it has been proved (certified) that
 # exactly one branch runs through it, and otherwise uncertain. The grid consists of the regular knots (`coarse` in
 # `Table`). A walk computes the group at the knots of the grid, one after another. A march takes short steps from a knot
 # across a difficult part of the path. A leap is a step of a march that is accepted at first without a certificate, and
 # certified later. Lengths "in strides" are relative to `Path.stride`, the distance between adjacent knots of the grid.
-
-# distance from a change point at which the two branches through it can be distinguished, in strides
-BRANCH_DISTANCE = 2.0**-16
-MIN_BRANCH_DISTANCE = 2.0**-20  # the same if the uncertain steps around the change point are very short
-# largest deviation of a smooth branch from linear extrapolation, relative to its change in a step
-MAX_SMOOTH_DEVIATION = 0.1
-MIN_MARCH_STEP = 2.0**-34  # shortest step of a march, in strides
-MAX_SHORTENING = 8  # a step of a march is certified at once if it is shorter than the last leap by at least this factor
-MAX_MARCH_STEPS = 400  # maximum number of steps of a march
-MAX_HIDDEN_SINE = 2e-6  # if the sine is at most this, round-off may hide the branch
-MIN_CLEAR_SINE = 0.1  # if the sines of earlier groups exceed this, the round-off of their positions is negligible
-MIN_KNOTS = 8  # smallest number of grid knots with which links that turn with the drive are detected
-STEPS_TO_DOUBLE = 2  # a march doubles its step if more successive steps than this succeed
-MAX_CORRECTIONS = 10  # maximum number of steps of Newton's method from a good guess
-# largest deviation of a leap from linear motion, relative to the change in the coordinates in the leap
-MAX_LEAP_DEVIATION = 0.25
-FIRST_RESOLUTION = 2.0**-6  # steps are halved down to this length in the first certification after a walk, in strides
-MIN_DIFFERENCE = 1e-15  # [rad or m] two points on the path that are closer than this count as equal
-CHANGE_POINT_NOISE = 1e-9  # [rad or m] round-off of coordinates near a change point
 
 
 class Trace:
@@ -50,7 +32,7 @@ class Trace:
         for sense in (1, -1):
             self._walk(coarse[:, begin::sense], start)
         self._fill(np.flatnonzero(~branch.table["coarse"]), np.ravel(coarse))
-        branch.refine(self.number, steps(branch.table), FIRST_RESOLUTION)
+        branch.refine(self.number, steps(branch.table), SETTINGS.first_resolution)
         for row in range(branch.rows):
             for sense in (1, -1):
                 self._handle_uncertain_steps(row, sense)
@@ -134,7 +116,7 @@ class Trace:
                     near = near[np.abs(table["place"][near + (sense < 0)] - start) <= branch.path.stride]
                     branch.refine(self.number, near)
                     continue
-            elif table["sine"][run[0], self.number] <= MAX_HIDDEN_SINE and self._passes_smoothly(
+            elif table["sine"][run[0], self.number] <= SETTINGS.max_hidden_sine and self._passes_smoothly(
                 row, sense, start, stop
             ):
                 passed = stop
@@ -153,7 +135,7 @@ class Trace:
                 continue
             marched, leaps, here = start, True, certain
             if stuck:
-                knot = self._knot_beyond(row, sense, here) if len(knots) < MAX_MARCH_STEPS else None
+                knot = self._knot_beyond(row, sense, here) if len(knots) < SETTINGS.max_march_steps else None
                 if knot is None:
                     if carried := self._turns_with_drive(row, sense, here):
                         continue
@@ -175,7 +157,7 @@ class Trace:
             inner, outer = (first, last) if sense > 0 else (last, first)
             if (
                 table["row"][first] != row
-                or (place[outer] - max(passed * sense, start * sense) * sense) * sense <= MIN_DIFFERENCE
+                or (place[outer] - max(passed * sense, start * sense) * sense) * sense <= SETTINGS.min_difference
             ):
                 continue
             if (place[inner] - start) * sense < 0.0:
@@ -204,7 +186,7 @@ class Trace:
                 branch.set(knot, k)
         if guess is None:
             guess = (low[f"free{self.number}"] + part[:, None] * branch.changes(self.number, low, high)).T
-        branch.set(knot, self.number, guess, MAX_CORRECTIONS)
+        branch.set(knot, self.number, guess, SETTINGS.max_corrections)
         knot[f"certain{self.number}"] = np.zeros(1, bool)
         return knot
 
@@ -223,13 +205,14 @@ class Trace:
         return (
             place + step,
             nearer[f"free{self.number}"] + 2 * slope,
-            np.abs(slope).max() * MAX_SMOOTH_DEVIATION + CHANGE_POINT_NOISE,
+            np.abs(slope).max() * SETTINGS.max_smooth_deviation + SETTINGS.change_point_noise,
         )
 
     def _knot_beyond(self, row: int, sense: int, place: float) -> Table | None:
         """Return a knot of the branch that continues smoothly beyond a change point, or None if there is none."""
         with np.errstate(all="ignore"):
-            to, guess, known = self._extrapolated(row, place, sense * BRANCH_DISTANCE * self.branch.path.stride)
+            step = sense * SETTINGS.branch_distance * self.branch.path.stride
+            to, guess, known = self._extrapolated(row, place, step)
             if (to - self._last(row, sense)) * sense > 0:
                 return None
             knot = self._knot_at(row, to, guess.T)
@@ -246,10 +229,10 @@ class Trace:
         outward = (table["row"] == row) & ((table["place"] - begin) * sense >= 0.0)
         beyond = outward & ((table["place"] - place) * sense > 0.0)
         passed = np.flatnonzero(outward & ~beyond & np.isfinite(table["sine"][:, self.number]))
-        clear = np.flatnonzero(
-            outward & table["coarse"] & (table["sine"][:, : self.number] > MIN_CLEAR_SINE).all(axis=1)
-        )
-        if branch.path.vertices is not None or not branch.path.turn or len(passed) < 2 or len(clear) < MIN_KNOTS:
+        away = (table["sine"][:, : self.number] > SETTINGS.min_clear_sine).all(axis=1)
+        clear = np.flatnonzero(outward & table["coarse"] & away)
+        enough = len(passed) >= 2 and len(clear) >= SETTINGS.min_knots
+        if branch.path.vertices is not None or not branch.path.turn or not enough:
             return False
         one, other, checked = (select(table, which) for which in (passed[:-1], passed[1:], clear))
         with np.errstate(all="ignore"):
@@ -280,7 +263,7 @@ class Trace:
         if not self.branch.path.keeps_direction(*sorted((start, stop))):
             return True
         with np.errstate(all="ignore"):
-            step = max(abs(stop - start), MIN_BRANCH_DISTANCE * self.branch.path.stride)
+            step = max(abs(stop - start), SETTINGS.min_branch_distance * self.branch.path.stride)
             to, guess, known = self._extrapolated(row, 0.5 * (start + stop), sense * step)
             return (to - self._last(row, sense)) * sense > 0 or self._distance(
                 self._knot_at(row, to, None), guess
@@ -322,8 +305,8 @@ class Trace:
         step, travelled, successes = stride / 8, 0.0, 0
         leapt = step if leaps and slope.any() else np.inf
         with np.errstate(all="ignore"):
-            while travelled < stride and here["place"][0] != end and len(knots) < MAX_MARCH_STEPS:
-                if step < min(branch.edge, MIN_MARCH_STEP) * stride:
+            while travelled < stride and here["place"][0] != end and len(knots) < SETTINGS.max_march_steps:
+                if step < min(branch.edge, SETTINGS.min_march_step) * stride:
                     break
                 to = float(here["place"][0]) + sense * step
                 to = end if (to - end) * sense > 0 else to
@@ -331,9 +314,9 @@ class Trace:
                 knot = self._knot_at(row, to, guess.T)
                 good = (
                     leapt < np.inf
-                    and self._distance(knot, guess) <= MAX_LEAP_DEVIATION * np.abs(guess - here[name]).max()
+                    and self._distance(knot, guess) <= SETTINGS.max_leap_deviation * np.abs(guess - here[name]).max()
                 )
-                if not good and step * MAX_SHORTENING <= leapt:
+                if not good and step * SETTINGS.max_shortening <= leapt:
                     pair = (here, knot) if sense > 0 else (knot, here)
                     good = np.isfinite(branch.certify(*pair, self.number)[0]).all()
                 if not good:
@@ -343,7 +326,7 @@ class Trace:
                 knots.append(knot)
                 here, travelled, successes = knot, travelled + step, successes + 1
                 leapt = step if leaps else leapt
-                step = 2 * step if successes > STEPS_TO_DOUBLE else step
+                step = 2 * step if successes > SETTINGS.steps_to_double else step
         return knots, travelled < stride and here["place"][0] != end
 
     def _insert(self, row: int, inner: float, knots: list[Table]) -> None:
@@ -386,16 +369,15 @@ class Trace:
         mine = table["row"] == row
         at = int(np.flatnonzero(mine & (table["place"] == last))[0])
         outer = np.flatnonzero(mine & ((table["place"] - last) * sense > 0))[::sense]
-        inner = np.flatnonzero(mine & ((last - table["place"]) * sense > 0.5 * BRANCH_DISTANCE * branch.path.stride))[
-            ::sense
-        ]
+        distance = 0.5 * SETTINGS.branch_distance * branch.path.stride
+        inner = np.flatnonzero(mine & ((last - table["place"]) * sense > distance))[::sense]
         first = int(inner[-1]) if len(inner) else at
         grid = outer[table["coarse"][outer]]
         self._walk(np.array([[first, at, *grid]]), table[name][first][:, None], 2)
         self._fill(outer[~table["coarse"][outer]], np.sort([at, *grid]))
         begins = steps(table)
         nearer = np.minimum(table["place"][begins] * sense, table["place"][begins + 1] * sense)
-        branch.refine(self.number, begins[mine[begins] & (nearer >= last * sense)], FIRST_RESOLUTION)
+        branch.refine(self.number, begins[mine[begins] & (nearer >= last * sense)], SETTINGS.first_resolution)
 
     def _rejoins(self, row: int, sense: int, last: float) -> bool:
         """Return whether all steps from a knot to the next grid knot are certain."""
@@ -406,5 +388,5 @@ class Trace:
         low, high = sorted((last, float(outer[0])))
         at = steps(table)
         mine = (table["row"][at] == row) & (table["place"][at] >= low) & (table["place"][at + 1] <= high)
-        branch.refine(self.number, at[mine], FIRST_RESOLUTION)
+        branch.refine(self.number, at[mine], SETTINGS.first_resolution)
         return self._certain(row, sense, last, float(outer[0])) == float(outer[0])
