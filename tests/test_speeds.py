@@ -295,6 +295,15 @@ class TestScaledQuantities:
 
 
 class TestUnstableRanges:
+    def test_growth_by_round_off_is_stable_in_a_scan_too(self):
+        found, curves = answers_of(scene_from_text(FOUR_BAR))
+        found.find([1.0, 1.2])
+        search = SpeedSearch(found, curves)
+        search.scan = replace(search.scan, growth=np.where(np.arange(len(search.scan.ratio)) % 2, 1 + 1e-9, 1 - 1e-9))
+        search._refine_growth = lambda: None
+        assert np.isfinite(search.plot_curves()[1]).all()
+        assert search.find_stability_limits() == []
+
     @pytest.mark.slow
     def test_borders_of_instability_are_between_answers(self):
         scene = read_scene(shipped_scenes()["steel_four_bar"])

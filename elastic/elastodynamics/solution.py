@@ -136,7 +136,7 @@ class Elastodynamic(Struct, frozen=True, eq=False, dict=True):
     @property
     def stable(self) -> bool:
         """True if no free vibration grows (except due to round-off), so that there is a steady state."""
-        return self.growth <= 1 + VIBRATION.max_neutral_growth
+        return bool(VIBRATION.stable(self.growth))
 
 
 def elastodynamic(
@@ -214,7 +214,7 @@ def refined_solution(
         error = reduced + grid_error
         if best is None or error < best[0]:  # if loads jump, more coordinates may increase the error
             best = error, solved, reduced, grid, grid_error, discretization
-        unstable = np.abs(solved.multipliers).max(initial=0.0) > 1 + VIBRATION.max_neutral_growth
+        unstable = not VIBRATION.stable(np.abs(solved.multipliers).max(initial=0.0))
         finer = (
             None
             if reduced <= tolerance or unstable or grid_error > discretization.time_tolerance

@@ -80,7 +80,7 @@ class SpeedMap(Struct, frozen=True, eq=False):
     @property
     def stable(self) -> Flags:
         """True if no free vibration grows (except due to round-off), shape (speeds,)."""
-        return self.growth <= 1 + VIBRATION.max_neutral_growth
+        return np.asarray(VIBRATION.stable(self.growth), bool)
 
 
 class SpeedSolutions:
@@ -188,11 +188,7 @@ class SpeedSolutions:
         include the whole effect. Return whether errors were computed.
         """
         row = self._rows[ratio]
-        if (
-            self._errors is None
-            or row.growth > 1 + VIBRATION.max_neutral_growth
-            or (row.measured and not row.remaining_change)
-        ):
+        if self._errors is None or not VIBRATION.stable(row.growth) or (row.measured and not row.remaining_change):
             return False
         steady = steady_state(self._hierarchy, ratio, self._tolerance, replace(self._errors, by_newton=True))
         assert steady.errors is not None
@@ -204,9 +200,7 @@ class SpeedSolutions:
         known = sorted(self._rows) if ratios is None else [float(ratio) for ratio in ratios]
         rows = [self._rows[ratio] for ratio in known]
         parts = {name: np.array([getattr(row, name) for row in rows]) for name in _Row.__match_args__}
-        gaps = (parts["growth"] <= 1 + VIBRATION.max_neutral_growth) & np.array(
-            [not row.measured for row in rows], bool
-        )
+        gaps = VIBRATION.stable(parts["growth"]) & np.array([not row.measured for row in rows], bool)
         measured = sorted(ratio for ratio, row in self._rows.items() if row.measured)
         if gaps.any() and measured:
             relative = np.array(
@@ -218,7 +212,7 @@ class SpeedSolutions:
 
     def stable(self, ratio: float) -> bool:
         """Return whether the steady state at a speed is stable."""
-        return self._hierarchy.growth(ratio) <= 1 + VIBRATION.max_neutral_growth
+        return bool(VIBRATION.stable(self._hierarchy.growth(ratio)))
 
     def scan(self) -> SpeedScan:
         """Set up a scan of speeds between the smallest and the largest known speed, on the finest grid."""

@@ -17,6 +17,7 @@ from msgspec import Struct
 from elastic.elastodynamics.speed_map import SpeedMap, SpeedSolutions
 from elastic.elastodynamics.speed_scan import Scan
 from elastic.elastodynamics.speed_settings import SPEEDS
+from elastic.elastodynamics.vibration_settings import VIBRATION
 from rigid.arrays import Flags, Reals
 
 TINY = float(np.finfo(float).tiny)
@@ -119,7 +120,7 @@ class SpeedSearch:
                 continue
             factor = np.interp(self.scan.ratio, known.ratio[good], value[good] / seen[at][good])
             result[row] = seen * factor
-        result[:, self.scan.growth > 1.0] = np.nan
+        result[:, ~VIBRATION.stable(self.scan.growth)] = np.nan
         return result.reshape(shape)
 
     def _peaks(self) -> list[tuple[float, float]]:
@@ -171,7 +172,7 @@ class SpeedSearch:
         Solutions are computed on both sides of each limit of such a range.
         """
         self._refine_growth()
-        unstable = self.scan.growth > 1.0
+        unstable = ~VIBRATION.stable(self.scan.growth)
         changes = np.flatnonzero(unstable[1:] != unstable[:-1])
         limits = [self._stability_limit(int(at), bool(unstable[at])) for at in changes]
         self._find(sorted({ratio for pair in limits for ratio in pair}))

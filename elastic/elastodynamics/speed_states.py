@@ -131,7 +131,7 @@ def steady_state(hierarchy: GridHierarchy, ratio: float, tolerance: float, error
     if error < hierarchy.time_tolerance / SPEEDS.coarser_margin:  # start with a coarser grid at the next speed
         hierarchy.level = max(hierarchy.level - 1, 0)
     growth = float(np.abs(answer.propagation.multipliers).max())
-    if growth > 1 + VIBRATION.max_neutral_growth:
+    if not VIBRATION.stable(growth):
         return SteadyState(ratio, terms.grid, growth, error, math.nan, None, None)
     answer, reduced = (answer, iterate.convergence_error) if iterate else corrected(answer, tolerance)
     if errors is None:

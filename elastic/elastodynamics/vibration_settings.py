@@ -1,5 +1,7 @@
 """Settings of the vibration solver."""
 
+from typing import Any
+
 from msgspec import Struct
 
 
@@ -78,6 +80,10 @@ class VibrationSettings(Struct, frozen=True):
     # the reference for errors in axial forces is at least this, relative to the largest bending moment divided by the
     # length of the longest beam
     min_axial_reference: float = 0.01
+
+    def stable(self, growth: Any) -> Any:
+        """Return whether no free vibration grows, except due to round-off. `growth` is the largest growth per cycle."""
+        return growth <= 1 + self.max_neutral_growth
 
 
 VIBRATION = VibrationSettings()

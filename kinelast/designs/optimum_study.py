@@ -16,8 +16,8 @@ from kinelast.designs import tolerances
 from kinelast.designs.base import design_measures
 from kinelast.designs.evaluate import batched_figures, evaluate
 from kinelast.designs.optimum import ACTIVE, Optimum, OptimumResult, optimum, optimum_from
-from kinelast.designs.problem import DesignProblem, OptimizationTask, optimization_task
-from kinelast.figures.full_answer import SPARE, FullAnswer, adjusted_bound, full_answer
+from kinelast.designs.problem import SPARE, DesignProblem, OptimizationTask, adjusted_bound, optimization_task
+from kinelast.figures.full_answer import FullAnswer, full_answer
 from kinelast.figures.limits import BROKEN, KEPT, TOO_NEAR, Judgement
 from kinelast.figures.output import output_of
 from kinelast.figures.registry import limits_of

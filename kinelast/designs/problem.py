@@ -16,7 +16,7 @@ from msgspec.structs import replace
 
 from kinelast.designs.sensitivities import FiguresOf
 from kinelast.designs.tolerances import Tolerance
-from kinelast.figures.limits import elastic_limits, limits_of_items
+from kinelast.figures.limits import Judgement, elastic_limits, limits_of_items
 from kinelast.scene.document import Document
 from kinelast.scene.error import fault, known_name
 from kinelast.scene.figure import Limit
@@ -25,6 +25,8 @@ from kinelast.scene.limits import bounds, figure_bounds, tolerance
 from kinelast.scene.tables import PER_LENGTH
 from kinelast.scene.variables import Variable
 from rigid.arrays import Reals
+
+SPARE = 1e-4  # extra margin relative to the limit, because the error changes with the design
 
 
 class ToleranceTask(Struct, frozen=True, eq=False):
@@ -320,3 +322,32 @@ def violation(cost: np.ndarray, margin: np.ndarray) -> np.ndarray:
     """Return the sum of relative limit violations. Violations below half of `RESERVE` are ignored."""
     whole = np.where(margin < -RESERVE / 2, -margin, 0.0).sum(axis=0)
     return np.where(np.isfinite(margin).all(axis=0) & np.isfinite(cost), whole, np.inf)
+
+
+def adjusted_bound(
+    judged: Judgement, value: float, before: tuple[float, float] | None = None, spare: float = SPARE
+) -> float:
+    """Return a bound on the quasi-static figure that replaces the limit on the figure by the chosen theory.
+
+    If the quasi-static figure of a design equals this bound, the figure by the chosen theory, with its error, should
+    just meet the limit.
+
+    The figure by the chosen theory, with its error, is assumed to be proportional to the quasi-static figure, with the
+    ratio found for the judged design. If `before` is given, a linear relation through both designs is assumed instead.
+
+    Parameters
+    ----------
+    value
+        Quasi-static figure of the judged design.
+    before
+        Quasi-static figure and `Judgement.worst` of another, earlier design.
+    spare
+        Margin that is added to the error, relative to the limit.
+    """
+    bound, worst = float(judged.limit.bound), judged.worst
+    if not math.isfinite(worst) or not math.isfinite(value):
+        return bound
+    moved = bound * value / worst if value * worst > 0.0 else bound + value - worst
+    if before and (worst - before[1]) * (value - before[0]) > 0.0:
+        moved = value + (bound - worst) * (value - before[0]) / (worst - before[1])
+    return moved + (1 if judged.limit.least else -1) * spare * abs(bound)

@@ -17,8 +17,6 @@ from kinelast.scene.data import QUASI_STATIC, Scene
 from kinelast.scene.error import SceneError
 from kinelast.scene.figure import Limit
 
-SPARE = 1e-4  # extra margin relative to the limit, because the error changes with the design
-
 
 class FullAnswer(Struct, frozen=True):
     """The results of a design according to the theory chosen in the scene, with errors.
@@ -51,32 +49,3 @@ def full_answer(scene: Scene, limits: Iterable[Limit], names: Iterable[str] = ()
     judgements = if_reliable(results, judged)
     figures = {name: value_and_error(results, measures[name]) for name in names if name in measures}
     return FullAnswer(theory, judgements, figures)
-
-
-def adjusted_bound(
-    judged: Judgement, value: float, before: tuple[float, float] | None = None, spare: float = SPARE
-) -> float:
-    """Return a bound on the quasi-static figure that replaces the limit on the figure by the chosen theory.
-
-    If the quasi-static figure of a design equals this bound, the figure by the chosen theory, with its error, should
-    just meet the limit.
-
-    The figure by the chosen theory, with its error, is assumed to be proportional to the quasi-static figure, with the
-    ratio found for the judged design. If `before` is given, a linear relation through both designs is assumed instead.
-
-    Parameters
-    ----------
-    value
-        Quasi-static figure of the judged design.
-    before
-        Quasi-static figure and `Judgement.worst` of another, earlier design.
-    spare
-        Margin that is added to the error, relative to the limit.
-    """
-    bound, worst = float(judged.limit.bound), judged.worst
-    if not math.isfinite(worst) or not math.isfinite(value):
-        return bound
-    moved = bound * value / worst if value * worst > 0.0 else bound + value - worst
-    if before and (worst - before[1]) * (value - before[0]) > 0.0:
-        moved = value + (bound - worst) * (value - before[0]) / (worst - before[1])
-    return moved + (1 if judged.limit.least else -1) * spare * abs(bound)

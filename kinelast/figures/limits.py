@@ -23,8 +23,8 @@ from kinelast.figures.results import Results
 from kinelast.figures.trust import doubts
 from kinelast.scene.data import Scene
 from kinelast.scene.figure import FIXED, LARGEST, LEAST, SCENE, Figure, Limit, fixed, items_of
-from kinelast.scene.numbers import UNRELIABLE
-from kinelast.scene.reading import Reader, Reading, error_entries, known, reading
+from kinelast.scene.numbers import UNRELIABLE, has_large_error
+from kinelast.scene.reading import Reader, Reading, known, reading
 from rigid.arrays import Integers, Real, Reals, of_designs
 
 NO_BEAMS = "every link is rigid: to make one elastic, delete its rigid, mass, center and inertia"
@@ -56,7 +56,7 @@ def ends(limit: Limit, value: Any, error: Any) -> tuple[Any, Any]:
     The error in an unreliable figure is multiplied by `WIDENED`. A safety factor is strength divided by stress. Its
     relative error equals that of the stress.
     """
-    error = np.where(error > UNRELIABLE * np.abs(value), WIDENED * error, error)
+    error = np.where(has_large_error(value, error), WIDENED * error, error)
     if limit.figure.partition(".")[0] not in RECIPROCAL:
         return value - error, value + error
     share = np.divide(error, value, where=value > 0.0, out=np.zeros(np.shape(value)))
@@ -324,7 +324,8 @@ def _found(reader: Reader, judged: Judgement) -> Reading:
     if np.isnan(judged.value):
         return reading(np.nan, limit.unit or "m")
     if limit.figure not in peaks:
-        return reading(judged.value, limit.unit, **error_entries(judged.value, judged.error), label="")
+        marks = {"unreliable": True} if results.figures.unreliable(judged.value, judged.error, limit.unit) else {}
+        return reading(judged.value, limit.unit, error=known(judged.error), **marks, label="")
     peak = peaks[limit.figure][judged.item]
     if kind == "output":
         output = results.figures.output

@@ -23,7 +23,7 @@ from kinelast.figures.figure_error import FigureError
 from kinelast.figures.registry import NAMES, figures_of
 from kinelast.scene.figure import AVERAGE, FIXED, LARGEST, LEAST, NOISE, Figure, items_of
 from kinelast.scene.limits import Output
-from kinelast.scene.numbers import UNRELIABLE
+from kinelast.scene.numbers import has_large_error
 from rigid import Motion
 from rigid.arrays import Reals
 
@@ -201,7 +201,7 @@ class RunFigures(Struct, frozen=True, eq=False, dict=True):
         1. A value of exactly zero is not unreliable.
         """
         scale = 1.0 if unit == "1" else self.scales.get(unit, 0.0)
-        return value != 0.0 and error > UNRELIABLE * max(abs(value), MIN_SHARE_OF_UNIT * scale)
+        return value != 0.0 and bool(has_large_error(value, error, MIN_SHARE_OF_UNIT * scale))
 
 
 def run_figures(cycle: Cycle, output: Output | None) -> RunFigures:

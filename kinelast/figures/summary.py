@@ -31,7 +31,7 @@ from kinelast.figures.trust import exceedance_level, findings, left_out, reliabi
 from kinelast.scene.data import ACCURACY, QUASI_STATIC, Scene
 from kinelast.scene.figure import OUTPUT_ERROR, POINT, items_of
 from kinelast.scene.limits import Output
-from kinelast.scene.numbers import UNRELIABLE, capitalized, percent, quantity
+from kinelast.scene.numbers import UNRELIABLE, capitalized, has_large_error, percent, quantity
 from kinelast.scene.parts import PARTS
 from kinelast.scene.reading import CAUTION, ORDER, Finding, Reader, Reading, known, reading
 
@@ -124,7 +124,7 @@ def figures_with_large_errors(reader: Reader) -> tuple[list[report.UnreliableFig
             if row.unreliable:
                 share = abs(row.error / row.value) if row.error and row.value else None
                 marked.append(report.UnreliableFigure(figure.name, name or None, share))
-            elif row.value and row.error and row.error > UNRELIABLE * abs(row.value):  # zero has no mark
+            elif row.value and row.error and has_large_error(row.value, row.error):  # zero has no mark
                 near_zero += 1
     return sorted(marked, key=lambda each: -math.inf if each.share is None else -each.share), near_zero
 

@@ -33,6 +33,7 @@ from kinelast.scene.numbers import (
     coordinate,
     error_percent,
     few,
+    has_large_error,
     number,
     percent,
     quantity,
@@ -184,7 +185,7 @@ def error_words(figure: Reading, shown_in: DisplayUnits) -> str:
         return words
     if figure.unreliable:
         return f"{words} (unreliable)"
-    return f"{words} (near zero)" if error and error > UNRELIABLE * abs(value) else words
+    return f"{words} (near zero)" if error and has_large_error(value, error) else words
 
 
 def verdict_words(report: Report) -> str:

@@ -117,7 +117,7 @@ def require_unit(table: str, key: str, value: Any, unit: str) -> None:
 
 
 MIN_PRINTED_ERROR = 1e-4  # smaller relative errors do not affect the printed digits
-UNRELIABLE = 0.25  # results with a larger relative error are marked as unreliable
+UNRELIABLE = 0.25  # results with a larger relative error are marked as unreliable, see `has_large_error`
 HOUR = 3600.0  # [s]; longer times are printed in hours
 MIN_PRINTED_STRESS = 1e-3  # [stress unit of the report] smaller stresses are printed in Pa
 DisplayUnits = Mapping[str, tuple[float, str]]
@@ -182,6 +182,11 @@ def number(value: float, digits: int = 4) -> str:
         mantissa, power = text.split("e")
         text = f"{mantissa}·10{str(int(power)).translate(RAISED)}"
     return text.replace("-", MINUS)
+
+
+def has_large_error(value: Any, error: Any, least: Any = 0.0) -> Any:
+    """Return whether an error exceeds `UNRELIABLE` times the magnitude of the value, or `least` if that is larger."""
+    return error > UNRELIABLE * np.maximum(np.abs(value), least)
 
 
 def capitalized(words: str) -> str:

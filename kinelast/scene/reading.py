@@ -14,7 +14,6 @@ from msgspec import UNSET, Struct, UnsetType
 
 from elastic import FIELDS
 from kinelast.scene.figure import items_of
-from kinelast.scene.numbers import UNRELIABLE
 from rigid.arrays import Flags
 
 if TYPE_CHECKING:
@@ -97,11 +96,6 @@ class Finding(Struct, frozen=True):
     heading: str
     text: str
     advice: str = ""
-
-
-def error_entries(value: float, error: float) -> dict[str, Any]:
-    """Return the error of a value as entries of its reading."""
-    return {"error": known(error), **({"unreliable": True} if error > UNRELIABLE * abs(value) else {})}
 
 
 class Reader(Struct, frozen=True):

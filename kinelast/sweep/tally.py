@@ -20,7 +20,8 @@ from msgspec.structs import replace
 
 from kinelast.designs.base import base_of
 from kinelast.designs.evaluate import Evaluation, evaluated
-from kinelast.figures.full_answer import FullAnswer, adjusted_bound, full_answer
+from kinelast.designs.problem import adjusted_bound
+from kinelast.figures.full_answer import FullAnswer, full_answer
 from kinelast.figures.limits import LIMITS_KEPT, LIMITS_MARGIN, limits_of_items, verdict_on
 from kinelast.figures.report import Verdict
 from kinelast.scene.data import QUASI_STATIC
