@@ -41,7 +41,7 @@ from rigid.closures import displacements, joint_forces, self_stresses
 from rigid.constants import per_row
 from rigid.plane import ZERO, dot
 
-PointLoad = tuple[int, str, Columns, Columns]
+AppliedForce = tuple[int, str, Columns, Columns]
 """Link index, point name, force in ground axes [N], complex, and moment [N m]."""
 
 
@@ -51,7 +51,7 @@ class _ComponentRow(Struct, frozen=True, eq=False):
     `loads` are the loads whose work is 1 if the component is 1.
     """
 
-    loads: tuple[PointLoad, ...]
+    loads: tuple[AppliedForce, ...]
     weight: Reals
     link: int
 
@@ -145,7 +145,7 @@ def _link_of(row: DisplacementComponent, chosen: Points) -> int:
     return chosen[next(iter((*row.rotation_factors, *row.directions)))][0]
 
 
-def _loads_of(row: DisplacementComponent, chosen: Points) -> tuple[PointLoad, ...]:
+def _loads_of(row: DisplacementComponent, chosen: Points) -> tuple[AppliedForce, ...]:
     """Return the loads that do work of 1 if a component is 1; loads on points of the ground are left out."""
     forces = [(*chosen[point], way, 0.0) for point, way in row.directions.items()]
     moments = [(*chosen[point], 0.0, share) for point, share in row.rotation_factors.items()]
@@ -174,8 +174,11 @@ def _responses(deflection: Deflection, rows: Sequence[_ComponentRow]) -> Reals:
 
 
 def _displaced(
-    problem: ElasticProblem, loads: tuple[PointLoad, ...], flank: Mapping[int, Columns], states: Sequence[JointForces]
-) -> Callable[[PointLoad], tuple[Columns, Columns]]:
+    problem: ElasticProblem,
+    loads: tuple[AppliedForce, ...],
+    flank: Mapping[int, Columns],
+    states: Sequence[JointForces],
+) -> Callable[[AppliedForce], tuple[Columns, Columns]]:
     """Return a function that returns, for a load, the displacement and rotation of its point under `loads` alone."""
     motion, trees = problem.motion, problem.configuration.trees
     no_gaps, zeros = (0.0,) * len(motion.places), [ZERO] * len(motion.mechanism.links)
@@ -193,7 +196,7 @@ def _displaced(
     shifts, turning, _ = displacements(motion.closures, gaps.displacement, gaps.rotation, zeros, flank)
     rails = dict(zip(trees.rails, block_loads(motion, problem.configuration, forces, added), strict=True))
 
-    def moved(load: PointLoad) -> tuple[Columns, Columns]:
+    def moved(load: AppliedForce) -> tuple[Columns, Columns]:
         at, point, *_ = load
         angle = np.imag(turning[at])
         if point.startswith(UNDER_BLOCK):
@@ -206,6 +209,6 @@ def _displaced(
     return moved
 
 
-def _number(load: PointLoad) -> int:
+def _number(load: AppliedForce) -> int:
     """Return the index of the slider joint with the block that applies a load."""
     return int(load[1].removeprefix(UNDER_BLOCK))
