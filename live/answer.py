@@ -19,7 +19,7 @@ from kinelast.figures.doubted import LIMIT_NAMES
 from kinelast.figures.limits import decisive
 from kinelast.figures.measures import bounded_items, magnitudes
 from kinelast.figures.output import output_of
-from kinelast.figures.ranges import needed_by_limits, refusals
+from kinelast.figures.refusals import needed_by_limits, refusals
 from kinelast.figures.registry import figures_of, limits_of
 from kinelast.figures.results import Results
 from kinelast.outputs.positions import motion_table, position_table

@@ -29,7 +29,7 @@ from kinelast.figures.limits import KEPT, SEVERITY, limits_of_items, outcome_ind
 from kinelast.figures.measures import magnitudes
 from kinelast.figures.output import output_of
 from kinelast.figures.peaks import joined, run_figures
-from kinelast.figures.ranges import STRENGTH, needed_by_limits
+from kinelast.figures.refusals import STRENGTH, needed_by_limits
 from kinelast.figures.registry import figures_of, limits_of
 from kinelast.figures.speeds import speeds
 from kinelast.figures.summary import summary

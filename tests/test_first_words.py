@@ -17,7 +17,7 @@ from kinelast.figures.advice import nearer
 from kinelast.figures.figure_error import LARGE, FigureError
 from kinelast.figures.limits import KEPT, SEVERITY, TOO_NEAR, UNKNOWN, outcome_index
 from kinelast.figures.main_figures import MainFigure
-from kinelast.figures.ranges import yield_words
+from kinelast.figures.refusals import yield_words
 from kinelast.figures.report import Verdict, report_from
 from kinelast.figures.summary import report_of
 from kinelast.outputs.assumptions import assumptions

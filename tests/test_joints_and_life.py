@@ -10,7 +10,7 @@ from kinelast.cli.command import main
 from kinelast.designs import evaluate
 from kinelast.designs.optimum_study import optimum_study
 from kinelast.figures.errors import Estimate, figure_errors
-from kinelast.figures.ranges import CHECKS, outside_ranges
+from kinelast.figures.refusals import CHECKS, outside_ranges
 from kinelast.figures.reserves import breaks_first
 from kinelast.figures.summary import summary
 from kinelast.runs import computed, long_results, require_chunk

@@ -284,6 +284,13 @@ def with_points(text, link, shares, reversed_at):
     return tables
 
 
+def _without_errors(text):
+    """Return a text without added points and errors, and these errors in percent."""
+    text = re.sub(r"P\d+ \([^)]*\), |, P\d+ \([^)]*\)", "", text)
+    error = r"(\d[\d.]*)(?= %)"
+    return re.sub(error, "", text), [float(each) for each in re.findall(error, text)]
+
+
 def assert_alike(found, expected, path=""):
     """Compare texts, numbers to 1e-11, and errors to 3 %: steps to large displacement also end by named points."""
     if isinstance(expected, dict):
@@ -297,6 +304,10 @@ def assert_alike(found, expected, path=""):
     elif isinstance(expected, float):
         close = 0.03 if re.search(r"error[^.]*$|use[^.]*$|\.errors\.", path) else 1e-11
         assert found == pytest.approx(expected, rel=close, abs=1e-300), path
+    elif isinstance(expected, str):
+        (words, shares), (others, known) = (_without_errors(text) for text in (found, expected))
+        assert words == others, path
+        assert shares == pytest.approx(known, rel=0.03), path
     else:
         assert found == expected, path
 

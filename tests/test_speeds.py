@@ -18,7 +18,7 @@ from elastic.elastodynamics.time_grid import Grid
 from kinelast.figures.bounds import damping_of
 from kinelast.figures.cycle import Cycle
 from kinelast.figures.measures import measures_of
-from kinelast.figures.ranges import STRENGTH
+from kinelast.figures.refusals import STRENGTH
 from kinelast.figures.registry import figures_of, limits_of
 from kinelast.figures.results import results_in_full
 from kinelast.figures.speed_limits import SpeedLimit

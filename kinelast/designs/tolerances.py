@@ -21,7 +21,7 @@ from kinelast.designs.sensitivities import FiguresOf, Sensitivities
 from kinelast.figures.cycle import Cycle
 from kinelast.figures.full_answer import FullAnswer
 from kinelast.figures.limits import UNKNOWN, Judgement
-from kinelast.figures.ranges import STRENGTH
+from kinelast.figures.refusals import STRENGTH
 from kinelast.scene.figure import FIXED, OUTPUT_ERROR, SCENE, Figure, fixed, largest_of, whole
 from kinelast.scene.limits import Output
 from kinelast.scene.variables import Variable

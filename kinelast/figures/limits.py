@@ -16,7 +16,7 @@ from kinelast.figures.advice import nearer
 from kinelast.figures.cycle import Cycle
 from kinelast.figures.errors import RECIPROCAL
 from kinelast.figures.measures import Measure, bounded_items, magnitudes, measures_of
-from kinelast.figures.ranges import STRENGTH, can_yield, needed_by_limits, refusals
+from kinelast.figures.refusals import STRENGTH, can_yield, needed_by_limits, refusals
 from kinelast.figures.registry import ALONG_BEAMS, figures_of, limits_of
 from kinelast.figures.report import JudgedLimit, Verdict
 from kinelast.figures.results import Results

@@ -11,7 +11,7 @@ from kinelast.figures.doubted import LIMIT_NAMES
 from kinelast.figures.leading_drive import nominal_speed
 from kinelast.figures.limits import judged_limit, judged_row
 from kinelast.figures.measures import bounded_items
-from kinelast.figures.ranges import STRENGTH
+from kinelast.figures.refusals import STRENGTH
 from kinelast.figures.registry import OF_OUTPUTS, figures_of
 from kinelast.figures.report import Reserve
 from kinelast.figures.results import Results

@@ -22,7 +22,7 @@ from kinelast.figures.main_figures import MainFigure, worst_of
 from kinelast.figures.measured import with_bodies
 from kinelast.figures.output import output_of
 from kinelast.figures.peaks import Peak, RunFigures, run_figures
-from kinelast.figures.ranges import yield_words
+from kinelast.figures.refusals import yield_words
 from kinelast.figures.registry import limits_of
 from kinelast.scene.data import QUASI_STATIC, Scene, Theory, scene_deflection, scene_motion
 from kinelast.scene.figure import Limit, drive_words, joint_words

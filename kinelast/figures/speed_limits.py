@@ -12,7 +12,7 @@ from msgspec.structs import replace
 from elastic.elastodynamics import BoundUtilisation, Resonance, SpeedMap, SpeedSearch
 from kinelast.figures.limits import KEPT, SEVERITY, UNKNOWN, ends, outcome_index, outcome_indices
 from kinelast.figures.measures import bounded_items
-from kinelast.figures.ranges import STRENGTH, refusals
+from kinelast.figures.refusals import STRENGTH, refusals
 from kinelast.figures.registry import limits_of
 from kinelast.scene.data import Scene
 from kinelast.scene.figure import BEAM, Figure, Limit, items_of

@@ -22,7 +22,7 @@ from kinelast.figures.leading_drive import nominal_speed
 from kinelast.figures.limits import BROKEN, SEVERITY, VERDICTS
 from kinelast.figures.measures import Measure, magnitudes, measures_of
 from kinelast.figures.output import output_of
-from kinelast.figures.ranges import needed_by_limits
+from kinelast.figures.refusals import needed_by_limits
 from kinelast.figures.registry import figures_of, limits_of
 from kinelast.figures.results import Results, at_critical_load
 from kinelast.figures.speed_limits import SpeedLimit, amplified, by_figure, limit_speed, outcomes, yield_speed

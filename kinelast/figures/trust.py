@@ -16,7 +16,7 @@ from kinelast.figures.checks import check_passed
 from kinelast.figures.cycle import WELL
 from kinelast.figures.inputs import cycle_findings, input_findings
 from kinelast.figures.jumps import jump_findings
-from kinelast.figures.ranges import outside_ranges
+from kinelast.figures.refusals import outside_ranges
 from kinelast.figures.report_sections import friction_of
 from kinelast.figures.results import Results
 from kinelast.scene.data import GEOMETRICALLY_EXACT
@@ -84,7 +84,7 @@ def doubts(results: Results) -> list[str]:
     """Return words on the findings that make all results unreliable, so that no limit can be declared met.
 
     A known error is not such a finding, because a limit is judged with the error in the limited figure. Nor is a
-    yielding link, see `kinelast.figures.ranges.refusals`.
+    yielding link, see `kinelast.figures.refusals.refusals`.
     """
     poor = [finding.heading for finding in findings(results) if finding.level == POOR]
     return [f"not reliable: {heading.lower()}" for heading in poor if heading != HEADINGS["yield"]]

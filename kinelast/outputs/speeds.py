@@ -17,7 +17,7 @@ from elastic.elastodynamics import Resonance
 from kinelast.figures.leading_drive import leading_drive, speed_unit
 from kinelast.figures.limits import TOO_NEAR, UNKNOWN
 from kinelast.figures.output import output_of
-from kinelast.figures.ranges import STRENGTH
+from kinelast.figures.refusals import STRENGTH
 from kinelast.figures.registry import figures_of, limits_of
 from kinelast.figures.speed_limits import SpeedLimit
 from kinelast.figures.speeds import FIGURE_OF_FIELD, Speeds
