@@ -396,32 +396,16 @@ density = 7850
 """
 
 
-RISE_AND_RETURN = """
-[materials.steel]
-E = "210 GPa"
-density = 7850
-poisson = 0.3
-[sections.bar]
-shape = "rectangle"
-depth = "6 mm"
-width = "20 mm"
-[points]
-O = [0.0, 0.0]
-A = [0.5, 0.0]
-[links.ground]
-points = ["O"]
-[links.arm]
-points = ["O", "A"]
-section = "bar"
-material = "steel"
-[[drives]]
-link = "arm"
-repeat = true
+LAW = """repeat = true
 law = [
     {curve = "cycloidal", duration = 0.12, by = 1.0}, {curve = "dwell", duration = 0.06},
     {curve = "cycloidal", duration = 0.12, by = -1.0}, {curve = "dwell", duration = 0.06},
-]
-[run]
-positions = 120
-damping_ratio = 0.04
-"""
+]"""
+RISE_AND_RETURN = edited(
+    ARM,
+    ("density = 7850", "density = 7850\npoisson = 0.3"),
+    ("width = 0.01", "width = 0.02"),
+    ("A = [0.2, 0]", "A = [0.5, 0]"),
+    ("speed = 50.0", LAW),
+    ("positions = 8", "positions = 120\ndamping_ratio = 0.04"),
+)

@@ -764,6 +764,12 @@ run = {damping_ratio = 0.019, positions = 22}
 """
 
 
+def assert_within_errors(fine, answer):
+    figures = {each.key: each for each in answer.main_figures}
+    for each in fine.main_figures:
+        assert each.value == pytest.approx(figures[each.key].value, abs=figures[each.key].error.size)
+
+
 def test_errors_of_many_short_time_elements_are_measured_if_that_is_quick(monkeypatch):
     """The estimate from the series of the time elements is ten times too high, because the acceleration jumps."""
     monkeypatch.setattr("kinelast.figures.theory.geometrically_exact", None)
@@ -774,8 +780,7 @@ def test_errors_of_many_short_time_elements_are_measured_if_that_is_quick(monkey
     figures = {each.key: each for each in answer.main_figures}
     estimated = answer.vibrating.force_error * figures["stress"].value
     assert abs(figures["stress"].error.parts[TIME]) < 0.1 * estimated
-    for each in fine.main_figures:
-        assert each.value == pytest.approx(figures[each.key].value, abs=figures[each.key].error.size)
+    assert_within_errors(fine, answer)
 
 
 def test_a_too_coarse_vibration_is_solved_finer_and_not_with_large_displacement(monkeypatch):
@@ -784,6 +789,4 @@ def test_a_too_coarse_vibration_is_solved_finer_and_not_with_large_displacement(
     answer, fine = (computed(scene, Request(theory=name)).answer for name in (None, ELASTODYNAMIC))
     assert (answer.theory, answer.vibrating.elements) == (ELASTODYNAMIC, 642)  # twice the 321 of the first vibration
     assert answer.enough
-    figures = {each.key: each for each in answer.main_figures}
-    for each in fine.main_figures:
-        assert each.value == pytest.approx(figures[each.key].value, abs=figures[each.key].error.size)
+    assert_within_errors(fine, answer)

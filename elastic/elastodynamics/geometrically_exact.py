@@ -82,10 +82,11 @@ def finer_solution(
 ) -> tuple[Elastodynamic, float]:
     """Return the solution in a finer discretization at the same positions, and its convergence error.
 
-    The difference between the result and `answer` is the discretization error of `answer`. For small displacements, all
-    attributes of the result describe the finer discretization, and the convergence error is relative to the largest
-    displacement. For large displacements, it is relative to the chord deflection of the worst beam. Time elements and
-    coordinates are refined together, because refinement of only one of them may hardly change the result.
+    The difference between the result and `answer` is the discretization error of `answer`. For small displacements, the
+    attributes of the result describe the finer discretization, except for `multipliers`, and the convergence error is
+    relative to the largest displacement. For large displacements, it is relative to the chord deflection of the worst
+    beam. Time elements and coordinates are refined together, because refinement of only one of them may hardly change
+    the result.
 
     Parameters
     ----------
@@ -98,19 +99,11 @@ def finer_solution(
     """
     if finer is None or answer.discretization is None:
         return answer, 0.0
+    wider = answer.discretization.wider()
     if answer.exact is None:
         vibration, left = corrected(finer, tolerance)
-        after = replace(
-            answer,
-            coordinates=vibration.history[0].shape[1],
-            elements=len(vibration.problem.terms.grid.steps),
-            time_error=time_error(vibration, tolerance)[0],
-            reduction_error=left,
-            vibration=vibration,
-            discretization=answer.discretization.wider(),
-        )
+        after = _with_vibration(answer, vibration, wider, time_error(vibration, tolerance)[0], left)
     else:
-        wider = answer.discretization.wider()
         start = _transferred_if_useful(answer.exact.displaced, finer, answer.discretization, wider)
         if start is None:
             start = guess.exact.displaced if guess and guess.exact else None
@@ -216,16 +209,27 @@ def _assembled(
     coarser: Elastodynamic | None,
 ) -> Elastodynamic:
     """Assemble the solution for displaced links. Its `deflection` is still the linear one."""
+    grid_error = VIBRATION.residual_time_ratio * grid_error
+    answer = _with_vibration(linear, vibration, discretization, grid_error, exact.convergence_error)
+    return replace(answer, exact=exact, coarser=coarser and replace(coarser, coarser=None))
+
+
+def _with_vibration(
+    answer: Elastodynamic,
+    vibration: Vibration,
+    discretization: Discretization,
+    grid_error: float,
+    reduction_error: float,
+) -> Elastodynamic:
+    """Replace the vibration of a solution, and the attributes that describe its discretization and errors."""
     return replace(
-        linear,
+        answer,
         coordinates=vibration.history[0].shape[1],
         elements=len(vibration.problem.terms.grid.steps),
-        time_error=VIBRATION.residual_time_ratio * grid_error,
-        reduction_error=exact.convergence_error,
+        time_error=grid_error,
+        reduction_error=reduction_error,
         vibration=vibration,
         discretization=discretization,
-        exact=exact,
-        coarser=coarser and replace(coarser, coarser=None),
     )
 
 
