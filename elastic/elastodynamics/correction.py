@@ -104,8 +104,8 @@ def displacements_of(vibration: Vibration, bent: Deflection) -> Displacements:
     structure, motion = vibration.problem.terms.kinematics.structure, vibration.motion
     u, w, phi, V = (along_beams(bent, name, structure.xi)[..., None] for name in ("u", "w", "phi", "V"))
     beams = beam_directions(motion).T[..., None, None] * (u + 1j * w)
-    shear = np.array([rigidity(section, "kGA", structure.xi) for section in bent.sections])[..., None]
-    slope = phi - V / shear
+    shear = V / np.array([rigidity(section, "kGA", structure.xi) for section in bent.sections])[..., None]
+    slope = phi - shear
     moves, turns = [], []
     for at, name in vibration.problem.terms.kinematics.chosen:
         if name.startswith(UNDER_BLOCK):
@@ -118,7 +118,7 @@ def displacements_of(vibration: Vibration, bent: Deflection) -> Displacements:
     return Displacements(
         beams,
         slope,
-        phi,
+        shear,
         bent.angle.T[..., None],
         np.moveaxis(np.reshape(np.array(moves, complex), shape), 0, 1),
         np.moveaxis(np.reshape(np.array(turns, float), shape), 0, 1),

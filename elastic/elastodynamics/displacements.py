@@ -49,8 +49,8 @@ class Displacements(Struct, frozen=True, eq=False):
         Displacements of the Gauss points in ground axes [m], complex, shape (positions, beams, points, c).
     slope
         Rotation of the beam axis at the Gauss points: dw/dx plus the rotation of the link [rad], same shape.
-    phi
-        Rotation of the section at the Gauss points, including the rotation of the link [rad], same shape.
+    shear
+        Rotation of the section relative to the beam axis at the Gauss points [rad], same shape.
     angle
         Rotation of the link axes [rad], shape (positions, links, c).
     moves
@@ -61,10 +61,15 @@ class Displacements(Struct, frozen=True, eq=False):
 
     beams: Complexes
     slope: Reals
-    phi: Reals
+    shear: Reals
     angle: Reals
     moves: Complexes
     turns: Reals
+
+    @property
+    def phi(self) -> Reals:
+        """Rotation of the section at the Gauss points, including the rotation of the link [rad], same shape."""
+        return self.slope + self.shear
 
     def __matmul__(self, amounts: Any) -> Displacements:
         """Return k linear combinations of the fields. `amounts` has the shape (c, k) or (positions, c, k)."""
@@ -91,8 +96,11 @@ class RigidBodyModes(Struct, frozen=True, eq=False):
 
     Attributes
     ----------
+    opens_joint
+        Whether a coordinate can open a joint, shape (n,). The other coordinates cause no rigid-body displacements.
     shift
-        Displacement of the origins of the link axes in ground axes [m], complex, shape (links, n, positions).
+        Displacement of the origins of the link axes in ground axes [m] per unit of each of the m coordinates that can
+        open a joint, complex, shape (links, m, positions).
     angle
         Rotation of the link axes [rad], same shape.
     work
@@ -102,6 +110,7 @@ class RigidBodyModes(Struct, frozen=True, eq=False):
         work of each self-stress is zero.
     """
 
+    opens_joint: Flags
     shift: Complexes
     angle: Reals
     work: Reals
@@ -130,15 +139,11 @@ def rigid_body_modes(structure: ElasticStructure, motion: Motion) -> RigidBodyMo
         )
         for state in self_stresses(motion.closures, flank)
     ]
-    work_per_coordinate = np.array([np.broadcast_to(np.real(part), shape) for part in work]).reshape(-1, *shape)
-    moved = (
-        stacked(shifts, shape, complex),
-        stacked([value.imag for value in turning], shape, float),
-        work_per_coordinate,
-    )
-    shift, angle, gap = (np.zeros((len(part), len(opens_joint), shape[1]), part.dtype) for part in moved)
-    shift[:, opens_joint], angle[:, opens_joint], gap[:, opens_joint] = moved
-    return RigidBodyModes(shift, angle, np.moveaxis(gap, -1, 0))
+    all_work = np.zeros((motion.columns[-1], len(work), len(opens_joint)))
+    for row, each in enumerate(work):
+        all_work[:, row, opens_joint] = np.broadcast_to(np.real(each), shape).T
+    shift, angle = stacked(shifts, shape, complex), stacked([value.imag for value in turning], shape, float)
+    return RigidBodyModes(opens_joint, shift, angle, all_work)
 
 
 def can_open_joint(structure: ElasticStructure) -> Flags:
@@ -227,7 +232,8 @@ def unit_displacements(
 
     `basis` has the shape (n, r) or (positions, n, r), and `chosen` are the selected points.
     """
-    shift, angle = (np.moveaxis(part, -1, 0) @ basis for part in (rigid_modes.shift, rigid_modes.angle))
+    opening = basis[..., rigid_modes.opens_joint, :]
+    shift, angle = (np.moveaxis(part, -1, 0) @ opening for part in (rigid_modes.shift, rigid_modes.angle))
     per = basis[:, None] if np.ndim(basis) == 3 else basis
     local_fields = {name: structure.fields[name] @ per for name in ("u", "w", "phi", "slope")}
     links = [at for at, _ in motion.mechanism.beams]
@@ -237,13 +243,14 @@ def unit_displacements(
         structure.length[:, None] * structure.xi
     )
     turned = angle[:, links, None]
+    slope = turned + local_fields["slope"]
     beams = 1j * turned * arms[..., None]
     beams += shift[:, links, None]
     beams += directions[:, :, None, None] * (local_fields["u"] + 1j * local_fields["w"])
     moves, turns = [], []
     for at, name in chosen:
         if name.startswith(UNDER_BLOCK):
-            found = motion_under_block(structure, motion, name, beams, turned + local_fields["slope"])
+            found = motion_under_block(structure, motion, name, beams, slope)
             moves.append(found[0])
             turns.append(found[1])
             continue
@@ -257,8 +264,8 @@ def unit_displacements(
     shape = (len(chosen), len(angle), angle.shape[-1])
     return Displacements(
         beams,
-        turned + local_fields["slope"],
-        turned + local_fields["phi"],
+        slope,
+        np.broadcast_to(local_fields["phi"] - local_fields["slope"], slope.shape),  # the same at all positions
         angle,
         np.moveaxis(np.array(moves, complex).reshape(shape), 0, 1),
         np.moveaxis(np.array(turns, float).reshape(shape), 0, 1),

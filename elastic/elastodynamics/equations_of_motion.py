@@ -215,6 +215,7 @@ def motion_terms(
         moving_rates = part.rates(displacements) if rates is None else (each[points] for each in rates)
         for order, moving in enumerate((displacements[1:], *moving_rates)):
             inertia[order, points] = (weighted @ moving).real
+    inertia[1] *= 2
     strains = strain_rows(structure, basis)
     strain_rate: Columns = 0.0
     if basis.ndim == 3:
@@ -227,7 +228,7 @@ def motion_terms(
         grid,
         damping,
         inertia[0],
-        2 * inertia[1],
+        inertia[1],
         inertia[2],
         strains,
         strain_rate,
