@@ -12,10 +12,11 @@ import time
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
 from functools import cache, partial
 from pathlib import Path
 from typing import TYPE_CHECKING
+
+from msgspec import Struct
 
 from kinelast.cli.instead import instead_of_reports
 from kinelast.cli.terminal import Sentences, fill_closed_streams, listener, parsed, say
@@ -28,8 +29,7 @@ if TYPE_CHECKING:
     from kinelast.tasks.processes import Lost
 
 
-@dataclass(frozen=True)
-class SceneWork:
+class SceneWork(Struct, frozen=True):
     """Function that runs a task. It can be pickled, so that other processes can run it too.
 
     The options determine the kind of task: write a report, analyse the structure, compute a sweep, or write the scene
@@ -303,7 +303,7 @@ def _named_once(line: str, task: Task) -> str:
 
 def _summarize(outcomes: Sequence[tuple[Task, Outcome]], out: Path, others: Sequence[str]) -> None:
     """Write the table of all scenes. `others` are additional file formats."""
-    from dataclasses import replace
+    from msgspec.structs import replace
 
     from kinelast.outputs.batch import summary_row, write_batch
 

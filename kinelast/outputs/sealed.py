@@ -8,11 +8,11 @@ are unchanged.
 import hashlib
 import json
 from collections.abc import Mapping
-from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 from msgspec import UNSET
+from msgspec.structs import asdict
 
 from kinelast import __version__
 from kinelast.figures.report import Origin

@@ -1,9 +1,7 @@
 """Compute a scene and write its result folder. If the computation fails, an existing folder stays unchanged."""
 
-import dataclasses
 import re
 import time
-import traceback
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import partial
@@ -51,7 +49,7 @@ def try_scene(request: Request, resume: bool, task: Task, progress: Progress = S
     with np.errstate(all="ignore"):  # nan marks a missing value and needs no warning
         work = partial(_scene, task, request, resume, progress)
         outcome = guarded(task.name, work, "positions, stations or elements, or --jobs")
-    return dataclasses.replace(outcome, seconds=time.perf_counter() - start)
+    return replace(outcome, seconds=time.perf_counter() - start)
 
 
 def _scene(task: Task, request: Request, resume: bool, progress: Progress) -> Outcome:
@@ -87,7 +85,7 @@ def _scene(task: Task, request: Request, resume: bool, progress: Progress) -> Ou
     scene = _in_requested_units(scene, request)
     scene = replace(scene, course=scene.course.reporting(_on_step(scene, progress)))
     if scene.course.interrupted is not None:
-        request = dataclasses.replace(request, reachable=True)
+        request = replace(request, reachable=True)
         made = replace(made, interrupted=scene.course.interrupted)  # so that --resume computes the scene again
     if heavy := runs.require_resources(scene, request, positions, SHOWN if long else positions, folder):
         progress.tell(heavy)
@@ -289,6 +287,8 @@ def _isolated(name: str, failed: dict[str, str]) -> Iterator[None]:
     except Exception as error:
         if sentence := missing_package(error):
             raise RequestError(f"{name}: {sentence}") from None
+        import traceback
+
         failed[name] = traceback.format_exc()
 
 

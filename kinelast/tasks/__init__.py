@@ -1,8 +1,9 @@
-"""Command-line options: definition of an option as a dataclass field, and functions that convert texts to values."""
+"""Command-line options: definition of an option, and functions that convert texts to values."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import MISSING, dataclass, field
 from typing import Any
+
+from msgspec import Struct
 
 CHECKS = ("nonlinear", "solid")
 ELEMENTS = 16  # default number of elements per beam for --check
@@ -15,9 +16,10 @@ class OptionError(ValueError):
     """Error for an option with an invalid value."""
 
 
-@dataclass(frozen=True)
-class Option:
-    """A command-line option, stored in the metadata of a dataclass field.
+class Option(Struct, frozen=True):
+    """A command-line option, stored in the annotation of the field that holds its value.
+
+    An option without `metavar` and `choices` is a switch.
 
     Attributes
     ----------
@@ -62,16 +64,6 @@ class Option:
     def takes_value(self) -> bool:
         """True if the option takes a value, False if it is a switch."""
         return bool(self.metavar or self.choices)
-
-
-def option(group: str, help: str, metavar: str = "", *, default: Any = MISSING, **words: Any) -> Any:  # noqa: A002
-    """Define a dataclass field as an option.
-
-    An option without `metavar` and `choices` is a switch, which is off by default.
-    """
-    if default is MISSING:
-        default = None if metavar or words.get("choices") else False
-    return field(default=default, metadata={"option": Option(group, help, metavar, default, **words)})
 
 
 def at_least(least: int, most: int | None = None) -> Callable[[str], int]:

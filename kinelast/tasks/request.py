@@ -3,14 +3,13 @@
 Each field of these classes is an option of the command line.
 """
 
-from __future__ import annotations
-
-from dataclasses import dataclass, fields, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
+
+from msgspec import Struct, structs
 
 from kinelast import tasks
-from kinelast.tasks import Option, at_least, checks, option, size, speeds
+from kinelast.tasks import Option, at_least
 
 if TYPE_CHECKING:
     from kinelast.scene.data import Scene, Theory
@@ -30,86 +29,91 @@ class RequestError(ValueError):
     """Error for a request that cannot be fulfilled."""
 
 
-@dataclass(frozen=True)
-class Request:
+class Request(Struct, frozen=True):
     """Options for each scene. The results of a scene depend only on its file and on these options."""
 
     # fmt: off
-    positions: int | None = option(SCENE, "number of positions over the cycle, instead of the number in the scene", "N",
-        read=at_least(1, MAX_POSITIONS))
-    changes: tuple[str, ...] = option(SCENE,
+    positions: Annotated[int | None, Option(SCENE,
+        "number of positions over the cycle, instead of the number in the scene", "N",
+        read=at_least(1, MAX_POSITIONS))] = None
+    changes: Annotated[tuple[str, ...], Option(SCENE,
         'replace a number of the scene, as in "links.rod.length=330 mm"; repeatable', "PATH=VALUE", flags=("--set",),
-        many=True, default=())
-    theory: str | None = option(SCENE, "theory of the deflection, instead of the theory in the scene",
-        choices=("quasi-static", "elastodynamic", "geometrically-exact"))
-    accuracy: float | None = option(SCENE,
+        many=True)] = ()
+    theory: Annotated[str | None, Option(SCENE, "theory of the deflection, instead of the theory in the scene",
+        choices=("quasi-static", "elastodynamic", "geometrically-exact"))] = None
+    accuracy: Annotated[float | None, Option(SCENE,
         'largest allowed error, as in "2 %": uses the cheapest theory that reaches it', "SHARE",
-        read=tasks.share)
-    units: str | None = option(SCENE,
+        read=tasks.share)] = None
+    units: Annotated[str | None, Option(SCENE,
         "units of the report and of positions.csv, instead of the units in the scene [SI]",
-        choices=("SI", "mm", "in"))
-    refine: bool = option(SCENE, "also search for the largest values between the positions")
-    reachable: bool = option(SCENE, "leave out positions that the mechanism cannot reach")
-    speeds: tuple[float, float, int, str] | None = option(SCENE,
+        choices=("SI", "mm", "in"))] = None
+    refine: Annotated[bool, Option(SCENE, "also search for the largest values between the positions")] = False
+    reachable: Annotated[bool, Option(SCENE, "leave out positions that the mechanism cannot reach")] = False
+    speeds: Annotated[tuple[float, float, int, str] | None, Option(SCENE,
         'largest values as functions of the drive speed, as in "20 rad/s : 200 rad/s : 100" (speeds.csv, .svg)',
-        "FROM:TO:COUNT", read=speeds, writes=("speeds.csv", "speeds.svg"))
-    tables: tuple[str, ...] = option(SCENE,
+        "FROM:TO:COUNT", read=tasks.speeds, writes=("speeds.csv", "speeds.svg"))] = None
+    tables: Annotated[tuple[str, ...], Option(SCENE,
         "also write every table in other formats: parquet, html, xlsx (an unknown name lists all)", "FORMAT,...",
-        read=tasks.names, default=())
-    motion: bool = option(SCENE,
+        read=tasks.names)] = ()
+    motion: Annotated[bool, Option(SCENE,
         "also write the motion at every position: drives, links, points, joints and their forces (motion.csv)",
-        writes=("motion.csv",))
-    columns: tuple[str, ...] = option(SCENE,
+        writes=("motion.csv",))] = False
+    columns: Annotated[tuple[str, ...], Option(SCENE,
         'write only these columns of positions.csv and motion.csv, as in "B.*,crank.effort"', "PATTERN,...",
-        read=tasks.names, default=())
-    fields: bool = option(SCENE, "also write all fields along all links (fields.npz)", writes=("fields.npz",))
-    stations: int = option(SCENE, "number of stations along a link for --fields", "N", read=at_least(2, MAX_STATIONS),
-        belongs="fields", default=101)
-    checks: tuple[int | str, ...] = option(CHECKING,
+        read=tasks.names)] = ()
+    fields: Annotated[bool, Option(SCENE,
+        "also write all fields along all links (fields.npz)", writes=("fields.npz",))] = False
+    stations: Annotated[int, Option(SCENE,
+        "number of stations along a link for --fields", "N", read=at_least(2, MAX_STATIONS), belongs="fields")] = 101
+    checks: Annotated[tuple[int | str, ...], Option(CHECKING,
         f"compare with finite elements, ELEMENTS per beam [{tasks.ELEMENTS}]; nonlinear: the whole mechanism with "
         "vibration and displacements of any size; solid: plane-stress elements (check.json)",
-        "ELEMENTS|nonlinear|solid,...", flags=("--check",), read=checks, bare=(tasks.ELEMENTS,), many=True,
-        default=(), writes=("check.json",))
-    handout: bool = option(PICTURES,
+        "ELEMENTS|nonlinear|solid,...", flags=("--check",), read=tasks.checks, bare=(tasks.ELEMENTS,), many=True,
+        writes=("check.json",))] = ()
+    handout: Annotated[bool, Option(PICTURES,
         "also write one page to print: verdict, picture, limits, assumptions, checks (report.pdf)", flags=("--print",),
-        writes=("report.pdf",))
-    stills: bool = option(PICTURES, "also draw curves, maps and the mechanism as SVG for print (stills/*.svg)",
-        writes=("stills",))
-    dxf: bool = option(PICTURES,
+        writes=("report.pdf",))] = False
+    stills: Annotated[bool, Option(PICTURES,
+        "also draw curves, maps and the mechanism as SVG for print (stills/*.svg)", writes=("stills",))] = False
+    dxf: Annotated[bool, Option(PICTURES,
         "also draw the links with their holes and the paths of all points (links.dxf, links.svg)",
-        writes=("links.dxf", "links.svg"))
-    mesh: bool = option(PICTURES, "also write a mesh for every position, for ParaView (mesh/*.vtu)", writes=("mesh",))
-    animate: tuple[str, ...] = option(PICTURES,
+        writes=("links.dxf", "links.svg"))] = False
+    mesh: Annotated[bool, Option(PICTURES,
+        "also write a mesh for every position, for ParaView (mesh/*.vtu)", writes=("mesh",))] = False
+    animate: Annotated[tuple[str, ...], Option(PICTURES,
         "movies: deflection, slope, bending-moment, ... (an unknown name lists all)", "DIAGRAM,...",
-        read=tasks.diagrams, default=())
-    frames: int | None = option(PICTURES, "number of frames of a movie [one per position, at most 120]", "N",
-        read=at_least(1), belongs="animate")
-    picture: str = option(PICTURES, "file format of movies; png writes single frames", flags=("--format",),
-        choices=FORMATS, belongs="animate", default=FORMATS[0])
-    fps: float | None = option(PICTURES, "frames per second [25]", "N", read=tasks.positive,
-        belongs="animate")
-    size: tuple[int, int] | None = option(PICTURES, "size of a picture in pixels [1280x720]", "WxH", read=size,
-        belongs="animate")
-    style: str = option(PICTURES, "solid draws the links as shaded bodies, coloured by the field", choices=STYLES,
-        belongs="animate", default=STYLES[0])
-    exaggeration: float | None = option(PICTURES, "scale of the deformation in a picture [chosen automatically]", "N",
-        read=tasks.positive, belongs="animate")
-    background: str | None = option(PICTURES, 'background of a picture, as in "black" or "#ffffff" [white]', "COLOUR",
-        read=tasks.colour, belongs="animate")
-    show: tuple[str, ...] | None = option(PICTURES,
+        read=tasks.diagrams)] = ()
+    frames: Annotated[int | None, Option(PICTURES,
+        "number of frames of a movie [one per position, at most 120]", "N", read=at_least(1), belongs="animate")] = None
+    picture: Annotated[str, Option(PICTURES, "file format of movies; png writes single frames", flags=("--format",),
+        choices=FORMATS, belongs="animate")] = FORMATS[0]
+    fps: Annotated[float | None, Option(PICTURES, "frames per second [25]", "N", read=tasks.positive,
+        belongs="animate")] = None
+    size: Annotated[tuple[int, int] | None, Option(PICTURES,
+        "size of a picture in pixels [1280x720]", "WxH", read=tasks.size, belongs="animate")] = None
+    style: Annotated[str, Option(PICTURES, "solid draws the links as shaded bodies, coloured by the field",
+        choices=STYLES, belongs="animate")] = STYLES[0]
+    exaggeration: Annotated[float | None, Option(PICTURES,
+        "scale of the deformation in a picture [chosen automatically]", "N", read=tasks.positive,
+        belongs="animate")] = None
+    background: Annotated[str | None, Option(PICTURES,
+        'background of a picture, as in "black" or "#ffffff" [white]', "COLOUR", read=tasks.colour,
+        belongs="animate")] = None
+    show: Annotated[tuple[str, ...] | None, Option(PICTURES,
         "contents of a picture: names (of points), links, peak, drives, paths, deformed; none [names,peak,drives]",
-        "WHAT,...", read=tasks.shown, belongs="animate")
-    balance: bool = option(DESIGNS,
+        "WHAT,...", read=tasks.shown, belongs="animate")] = None
+    balance: Annotated[bool, Option(DESIGNS,
         "best counterweights, discs and springs to balance the shaking force and moment, gravity and the drives; also "
-        "writes a scene with counterweights that --optimize improves (balance.toml)", writes=("balance.toml",))
-    sensitivities: bool = option(DESIGNS, "derivatives of all figures with respect to all numbers (sensitivities.*)",
-        writes=("sensitivities.csv", "sensitivities.svg"))
-    tolerances: bool = option(DESIGNS, "ranges of all figures within [tolerances] (tolerances.*)",
-        writes=("tolerances.csv", "tolerances.svg"))
-    samples: int | None = option(DESIGNS, "number of sampled designs for --tolerances [2048]", "N",
-        read=at_least(16, MAX_SAMPLES), belongs="tolerances")
-    optimize: bool = option(DESIGNS, "best design for [optimize], also as a separate scene (optimum.toml)",
-        writes=("optimum.csv", "optimum.toml"))
+        "writes a scene with counterweights that --optimize improves (balance.toml)", writes=("balance.toml",))] = False
+    sensitivities: Annotated[bool, Option(DESIGNS,
+        "derivatives of all figures with respect to all numbers (sensitivities.*)",
+        writes=("sensitivities.csv", "sensitivities.svg"))] = False
+    tolerances: Annotated[bool, Option(DESIGNS, "ranges of all figures within [tolerances] (tolerances.*)",
+        writes=("tolerances.csv", "tolerances.svg"))] = False
+    samples: Annotated[int | None, Option(DESIGNS, "number of sampled designs for --tolerances [2048]", "N",
+        read=at_least(16, MAX_SAMPLES), belongs="tolerances")] = None
+    optimize: Annotated[bool, Option(DESIGNS, "best design for [optimize], also as a separate scene (optimum.toml)",
+        writes=("optimum.csv", "optimum.toml"))] = False
     # fmt: on
 
     @property
@@ -130,66 +134,69 @@ class Request:
         """True if the check of the links by plane-stress elements is requested."""
         return "solid" in self.checks
 
-    def theory_of(self, scene: Scene) -> Theory:
+    def theory_of(self, scene: "Scene") -> "Theory":
         """Return the theory and accuracy that the options request. Without these options, return those of the scene."""
         if self.theory is None and self.accuracy is None:
             return scene.theory
-        from msgspec import structs
-
         return structs.replace(scene.theory, name=self.theory, accuracy=self.accuracy)
 
 
-@dataclass(frozen=True)
-class Batch:
+class Batch(Struct, frozen=True):
     """Options for the run over all scenes, such as scene files, kind of run, and folder for the results."""
 
     # fmt: off
-    scenes: tuple[str, ...] = option(SCENE,
+    scenes: Annotated[tuple[str, ...], Option(SCENE,
         "a scene file (.toml), a folder or pattern of scene files, a shipped scene, or a report (.html)", "SCENE",
-        flags=("scenes",), many=True, default=())
-    new: str | None = option(SCENE, "write a first scene, NAME.toml, and stop", "NAME")
-    copy: str | None = option(SCENE, "write a copy of a shipped scene, SCENE.toml, and stop", "SCENE")
-    foreign: str | None = option(SCENE,
+        flags=("scenes",), many=True)] = ()
+    new: Annotated[str | None, Option(SCENE, "write a first scene, NAME.toml, and stop", "NAME")] = None
+    copy: Annotated[str | None, Option(SCENE, "write a copy of a shipped scene, SCENE.toml, and stop", "SCENE")] = None
+    foreign: Annotated[str | None, Option(SCENE,
         "write the scene of another program's mechanism and stop: PMKS+ (file or link), Linkage, pylinkage, mec2, "
-        "linkage_sim, DXF", "FILE", flags=("--import",))
-    elastic: bool = option(SCENE,
+        "linkage_sim, DXF", "FILE", flags=("--import",))] = None
+    elastic: Annotated[bool, Option(SCENE,
         "with --import: write FILE_elastic.toml, in which links with a given mass also bend, as uniform bars",
-        belongs="foreign")
-    export: str | None = option(SCENE,
-        "write the scene's mechanism for another program and stop: PMKS+ (.pmks), Linkage (.linkage2)", "FILE")
-    structure: bool = option(CHECKING, "only report mobility, loops and groups, and draw the skeleton diagram",
-        writes=("structure.txt", "skeleton.svg"))
-    live: bool = option(SCENE,
-        "edit the scene, or a new one, in the browser, and see it move and bend")
-    sweep: bool = option(DESIGNS, "compute the designs of [sweep] (designs.csv)")
-    design: int | None = option(DESIGNS,
-        "only write the scene of one design of [sweep] (SCENE_design_N.toml)", "N", read=at_least(0))
-    most: int = option(DESIGNS, "maximum number of designs in a sweep", "N", read=at_least(1), default=10_000_000)
-    pages: int = option(DESIGNS,
+        belongs="foreign")] = False
+    export: Annotated[str | None, Option(SCENE,
+        "write the scene's mechanism for another program and stop: PMKS+ (.pmks), Linkage (.linkage2)", "FILE")] = None
+    structure: Annotated[bool, Option(CHECKING,
+        "only report mobility, loops and groups, and draw the skeleton diagram",
+        writes=("structure.txt", "skeleton.svg"))] = False
+    live: Annotated[bool, Option(SCENE,
+        "edit the scene, or a new one, in the browser, and see it move and bend")] = False
+    sweep: Annotated[bool, Option(DESIGNS, "compute the designs of [sweep] (designs.csv)")] = False
+    design: Annotated[int | None, Option(DESIGNS,
+        "only write the scene of one design of [sweep] (SCENE_design_N.toml)", "N", read=at_least(0))] = None
+    most: Annotated[int, Option(DESIGNS, "maximum number of designs in a sweep", "N", read=at_least(1))] = 10_000_000
+    pages: Annotated[int, Option(DESIGNS,
         "number of designs of a sweep that get a report: the best one and the Pareto front", "N",
-        read=at_least(0), default=20)
-    scheduler: str | None = option(DESIGNS,
+        read=at_least(0))] = 20
+    scheduler: Annotated[str | None, Option(DESIGNS,
         'address of a dask scheduler whose workers compute the designs of a sweep, as in "tcp://host:8786"', "ADDRESS",
-        belongs="sweep")
-    out: Path = option(RUNNING,  # noqa: RUF009 - a Path is immutable
-        "folder for the results", "OUT", flags=("-o", "--out"), read=Path, default=Path("deflection-report"))
-    jobs: int = option(RUNNING, "number of processes for scenes or designs; 0: one per core", "N",
-        read=at_least(0), default=1)
-    resume: bool = option(RUNNING,
-        "skip scenes and parts of a sweep that already have results for the same file and options")
-    quiet: bool = option(RUNNING, "print only errors")
-    list: bool = option(RUNNING,
-        "list the shipped scenes and stop; --list sections or --list materials: list the names that a scene can use")
-    completion: str | None = option(RUNNING, "print the completion script of a shell, and stop",
-        choices=SHELLS)
-    version: bool = option(RUNNING, "print the version and stop")
+        belongs="sweep")] = None
+    out: Annotated[Path, Option(RUNNING,
+        "folder for the results", "OUT", flags=("-o", "--out"), read=Path)] = Path("deflection-report")
+    jobs: Annotated[int, Option(RUNNING, "number of processes for scenes or designs; 0: one per core", "N",
+        read=at_least(0))] = 1
+    resume: Annotated[bool, Option(RUNNING,
+        "skip scenes and parts of a sweep that already have results for the same file and options")] = False
+    quiet: Annotated[bool, Option(RUNNING, "print only errors")] = False
+    list: Annotated[bool, Option(RUNNING,
+        "list the shipped scenes and stop; --list sections or --list materials: list the names that a scene can use"
+        )] = False
+    completion: Annotated[str | None, Option(RUNNING, "print the completion script of a shell, and stop",
+        choices=SHELLS)] = None
+    version: Annotated[bool, Option(RUNNING, "print the version and stop")] = False
     # fmt: on
 
 
-def options_of(*lists: type) -> dict[str, Option]:
+def options_of(*lists: type[Struct]) -> dict[str, Option]:
     """Return the options of `Request`, `Batch` or both, by field name."""
-    found = {each.name: each.metadata["option"] for one in lists for each in fields(one)}
-    return {name: replace(each, flags=each.flags or (f"--{name}",)) for name, each in found.items()}
+    found = {}
+    for each in (each for one in lists for each in structs.fields(one)):
+        (defined,) = each.type.__metadata__
+        flags = defined.flags or (f"--{each.name}",)
+        found[each.name] = structs.replace(defined, default=each.default, flags=flags)
+    return found
 
 
 def written() -> set[str]:

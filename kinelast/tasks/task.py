@@ -6,13 +6,13 @@ An error in one scene does not stop the run for the other scenes.
 from __future__ import annotations
 
 import os
-import traceback
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
 from glob import glob, has_magic
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+from msgspec import Struct
 
 from kinelast.scene.error import SceneError, plain
 from kinelast.tasks.progress import stops_kept
@@ -148,8 +148,7 @@ TO_INSTALL = {  # maps a missing module to the package to install, if their name
 PARTS_OF_OTHERS = ("shapely",)  # modules that pip installs as dependencies of the package in `TO_INSTALL`
 
 
-@dataclass(frozen=True)
-class Task:
+class Task(Struct, frozen=True):
     """A scene to compute: file of the scene, folder for the results, and name of the scene in messages.
 
     `extra` contains additional entries for the summary.
@@ -158,11 +157,13 @@ class Task:
     path: Path
     folder: Path
     name: str
-    extra: Mapping[str, Any] = field(default_factory=dict, compare=False)
+    extra: Mapping[str, Any] = {}
+
+    def __hash__(self) -> int:
+        return hash(self.folder)  # `extra` has no hash
 
 
-@dataclass(frozen=True)
-class Outcome:
+class Outcome(Struct, frozen=True):
     """Outcome of a scene.
 
     Attributes
@@ -216,6 +217,8 @@ def guarded(name: str, work: Callable[[], Outcome], fewer: str = "positions", pl
             return Outcome(BAD_INPUT, f"{name}: {_printable(str(error))}")
         if message := missing_package(error):
             return Outcome(BAD_INPUT, f"{name}: {message}")
+        import traceback
+
         return Outcome(BUG, f"{name}: the program failed, please report this:\n{traceback.format_exc()}")
 
 
