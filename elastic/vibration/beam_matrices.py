@@ -12,7 +12,6 @@ from typing import Any
 
 import numpy as np
 from msgspec import Struct
-from numpy.polynomial import Polynomial
 
 from elastic.arrays import Matrices
 from elastic.beams.section import Section
@@ -90,9 +89,9 @@ def _unit_shapes(
     """Return Gauss points, weights, (u, w, phi), and their derivatives, for a beam of length 1."""
     nodes, weights = np.polynomial.legendre.leggauss(points)
     xi = (nodes + 1) / 2
-    rows = _polynomials(1.0, inner, stretches, bends, slides)
-    values = tuple(np.array([polynomial(xi) for polynomial in row]).T for row in rows)
-    slopes = tuple(np.array([polynomial.deriv()(xi) for polynomial in row]).T for row in rows)
+    rows = _polynomials(inner, stretches, bends, slides)
+    values = tuple(np.polynomial.polynomial.polyval(xi, row.T).T for row in rows)
+    slopes = tuple(np.polynomial.polynomial.polyval(xi, _derivative(row).T).T for row in rows)
     return xi, weights / 2, values, slopes
 
 
@@ -178,43 +177,59 @@ def rigid_rows(length: float, section: Section) -> Matrices:
     return rows
 
 
-def _polynomials(
-    length: float, inner: int, stretches: bool, bends: bool, slides: bool
-) -> tuple[tuple[Polynomial, ...], tuple[Polynomial, ...], tuple[Polynomial, ...]]:
-    """Return the polynomials u, w, phi for a unit value of each coordinate.
+def _polynomials(inner: int, stretches: bool, bends: bool, slides: bool) -> tuple[Matrices, Matrices, Matrices]:
+    """Return the polynomials u, w, phi for a unit value of each coordinate, on a beam of length 1.
+
+    A polynomial is a row of coefficients in ascending order; each array has the shape (n, coefficients). Objects of
+    `numpy.polynomial.Polynomial` would take seven times as long.
 
     In Timoshenko's beam, the degree of w is higher by one than the degree of phi, so that phi can equal w'. This
     prevents shear locking.
     """
-    nothing = Polynomial([0.0])
-    linear = [Polynomial([1.0, -1.0]), Polynomial([0.0, 1.0])]
+    nothing, linear = np.zeros(1), [np.array([1.0, -1.0]), np.array([0.0, 1.0])]
     bulges = _bulges(inner + 2, 1)
     u_inner = bulges[: inner if stretches else 0]
     if slides:
         w_inner, phi_inner = bulges, bulges[: inner + 1 if bends else 0]
         w_ends, phi_ends = [linear[0], nothing, linear[1], nothing], [nothing, linear[0], nothing, linear[1]]
     else:
-        hermite = [Polynomial(values) for values in ([1, 0, -3, 2], [0, 1, -2, 1], [0, 0, 3, -2], [0, 0, -1, 1])]
-        w_ends = [hermite[0], hermite[1] * length, hermite[2], hermite[3] * length]
-        w_inner, phi_inner = _bulges(inner if bends else 0, 2), ()
-        phi_ends = [polynomial.deriv() / length for polynomial in w_ends]
+        w_ends = [np.array(row, float) for row in ([1, 0, -3, 2], [0, 1, -2, 1], [0, 0, 3, -2], [0, 0, -1, 1])]
+        w_inner, phi_inner = _bulges(inner if bends else 0, 2), []
+        phi_ends = [_derivative(polynomial) for polynomial in w_ends]
     empty = [nothing] * len(u_inner)
     u_row = [linear[0], nothing, nothing, linear[1], nothing, nothing, *u_inner]
     w_row = [nothing, *w_ends[:2], nothing, *w_ends[2:], *empty, *w_inner]
-    slopes = [nothing if slides else polynomial.deriv() / length for polynomial in w_inner]
-    phi_row = [nothing, *phi_ends[:2], nothing, *phi_ends[2:], *empty, *slopes]
-    n = len(w_row) + len(phi_inner)
-    u_row += [nothing] * (n - len(u_row))
-    w_row += [nothing] * (n - len(w_row))
-    return tuple(u_row), tuple(w_row), (*phi_row, *phi_inner)
+    slopes = [nothing if slides else _derivative(polynomial) for polynomial in w_inner]
+    phi_row = [nothing, *phi_ends[:2], nothing, *phi_ends[2:], *empty, *slopes, *phi_inner]
+    rows = np.zeros((3, len(phi_row), inner + 4))
+    for polynomials, row in zip((u_row, w_row, phi_row), rows, strict=True):
+        for number, polynomial in enumerate(polynomials):
+            row[number, : len(polynomial)] = polynomial
+    return rows[0], rows[1], rows[2]
+
+
+def _derivative(polynomial: Matrices) -> Matrices:
+    """Return the coefficients of the derivative of polynomials, shape (..., coefficients)."""
+    return polynomial[..., 1:] * np.arange(1, polynomial.shape[-1])
 
 
 @lru_cache(maxsize=64)
-def _bulges(count: int, order: int) -> tuple[Polynomial, ...]:
-    """Return `count` polynomials with zeros of a given order at both ends of [0, 1].
+def _bulges(count: int, order: int) -> list[Reals]:
+    """Return the coefficients of `count` polynomials with zeros of a given order at both ends of [0, 1].
 
     They are Legendre polynomials times (4 xi (1 - xi))^order.
     """
-    bump = Polynomial([0.0, 4.0, -4.0]) ** order
-    series = [np.polynomial.Legendre.basis(k, domain=[0.0, 1.0]) for k in range(count)]
-    return tuple(bump * one.convert(kind=Polynomial, domain=[-1.0, 1.0]) for one in series)
+    bump = np.ones(1)
+    for _ in range(order):
+        bump = np.convolve(bump, [0.0, 4.0, -4.0])
+    return [np.convolve(bump, _legendre(degree)) for degree in range(count)]
+
+
+def _legendre(degree: int) -> Reals:
+    """Return the coefficients of a Legendre polynomial of 2 xi - 1, by Clenshaw's algorithm."""
+    lower, upper = np.zeros(degree + 1), np.zeros(degree + 1)
+    upper[0] = 1.0
+    for n in range(degree, 0, -1):
+        product = 2.0 * np.append(0.0, upper[:-1]) - upper  # upper * (2 xi - 1)
+        lower, upper = -upper * ((n - 1) / n), lower + product * ((2 * n - 1) / n)
+    return upper
