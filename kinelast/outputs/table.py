@@ -6,13 +6,11 @@ To add a format, write a function that converts a table to bytes, and add the fu
 
 from __future__ import annotations
 
-import csv
 import io
 import math
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from fnmatch import fnmatchcase
-from html import escape
 from pathlib import Path
 from typing import Any
 
@@ -162,6 +160,8 @@ def csv_rows(content: bytes) -> list[list[str]]:
 
     If `csv_bytes` has put a single quote in front of a text, the single quote is removed.
     """
+    import csv
+
     rows = csv.reader(io.StringIO(content.decode(), newline=""))
     return [[cell[INERT.match(cell) is not None :] for cell in row] for row in rows]
 
@@ -187,6 +187,8 @@ def parquet_bytes(table: Table, about: Mapping[str, str] | None = None) -> bytes
 
 def html_bytes(table: Table) -> bytes:
     """Return a table as a self-contained HTML page."""
+    from html import escape
+
     head = "".join(f"<th>{escape(heading)}</th>" for heading in table.headings)
     body = "\n".join(
         "<tr>" + "".join(f"<td>{escape('' if cell is None else str(cell))}</td>" for cell in row) + "</tr>"
@@ -249,6 +251,8 @@ def _sheet_cell(value: Any) -> str:
         return f'<c t="b"><v>{value:d}</v></c>'
     if isinstance(value, (int, float)) and math.isfinite(value):
         return f"<c><v>{value!r}</v></c>"
+    from html import escape
+
     return f'<c t="inlineStr"><is><t xml:space="preserve">{escape(str(value), quote=False)}</t></is></c>'
 
 

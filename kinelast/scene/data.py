@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections import Counter, defaultdict
 from collections.abc import Callable, Mapping
 from functools import cached_property
-from html import escape
 from typing import Any, TypeVar
 
 import numpy as np
@@ -157,6 +156,8 @@ class Scene(Struct, frozen=True, eq=False, dict=True):
 
     def _repr_html_(self) -> str:
         """Return the title and the numbers of links, beams, drives and positions as HTML for a notebook."""
+        from html import escape
+
         links = ", ".join(link.name for link in self.mechanism.links[1:])
         return f"<p><b>{escape(self.title)}</b>: {self._summary}<br>links: <code>{escape(links)}</code></p>"
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from difflib import get_close_matches
 from typing import Any
 
 MAX_PLACE, MAX_PROBLEM = 120, 600  # maximum number of characters of the location and of the problem
@@ -92,6 +91,8 @@ def likely(word: str, choices: Iterable[str]) -> str:
 
     It contains the most similar choice or, if there are few, all.
     """
+    from difflib import get_close_matches
+
     names = list(choices)
     lower = {name.lower(): name for name in names if len(name) <= MAX_WORD}
     within = (name for name in lower if len(name) >= MIN_PART and name in word.lower())  # "yield" in "yield_stress"

@@ -3,7 +3,6 @@
 import re
 import tomllib
 from collections.abc import Iterable, Mapping
-from difflib import get_close_matches
 from functools import cache
 from pathlib import Path
 from typing import Any, NoReturn
@@ -31,6 +30,8 @@ def unknown(tables: Mapping[str, Any], table: str, key: str, name: str) -> NoRet
 
 def _same_size(name: str) -> list[str]:
     """Return the section of this size and of the shape with the most similar name: "flat 25x8" for "flatt 25x8"."""
+    from difflib import get_close_matches
+
     family = re.split(r"[\d\s]", name.strip(), maxsplit=1)[0]
     size = name.strip()[len(family) :].strip()
     families = dict.fromkeys([*(words.split()[0] for words, _ in EXAMPLES), "CHS", *_library()["sections"]])

@@ -7,9 +7,10 @@ again. Errors that a wrong guess may have caused are not reported.
 import re
 from collections.abc import Callable, Mapping
 from copy import deepcopy
-from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import Any
+
+from msgspec import Struct, field
 
 from kinelast.scene.error import SceneError
 from kinelast.scene.parsing import leaves, parse_toml, read_toml
@@ -121,8 +122,7 @@ def _table_of_line(lines: list[str], at: int) -> Path:
     return tuple(name.split(".")[:2])
 
 
-@dataclass
-class _Copy:
+class _Copy(Struct, eq=False):
     """A copy of the tables of a file in which errors are repaired one by one.
 
     Attributes

@@ -12,7 +12,7 @@ from glob import glob, has_magic
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from msgspec import Struct
+from msgspec import Struct, field
 
 from kinelast.scene.error import SceneError, plain
 from kinelast.tasks.progress import stops_kept
@@ -157,7 +157,7 @@ class Task(Struct, frozen=True):
     path: Path
     folder: Path
     name: str
-    extra: Mapping[str, Any] = {}
+    extra: Mapping[str, Any] = field(default_factory=dict)
 
     def __hash__(self) -> int:
         return hash(self.folder)  # `extra` has no hash

@@ -1,7 +1,6 @@
 """Period of a mechanism: the common period of the drives, times the number of such periods until the links return."""
 
 from collections.abc import Sequence
-from fractions import Fraction
 from math import isclose, lcm, nan, pi
 from typing import Any
 
@@ -95,6 +94,8 @@ def _least_common(periods: Sequence[float]) -> float:
     first = periods[0]
     if len(periods) == 1 or not np.isfinite(periods).all():
         return first
+    from fractions import Fraction
+
     ratios = [Fraction(period / first).limit_denominator(MAX_ROUNDS) for period in periods]
     pairs = zip(ratios, periods, strict=True)
     if not all(isclose(float(ratio), period / first, rel_tol=RATIO_TOLERANCE) for ratio, period in pairs):

@@ -1,9 +1,9 @@
 """Posture of a mechanism while the positions of its links are computed, one group after another."""
 
-from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+from msgspec import Struct, field
 
 from rigid.arrays import Columns, Reals
 from rigid.drawing import Drawing
@@ -16,8 +16,7 @@ from rigid.postures import Posture
 MAX_DRIVER_TURNS = 8
 
 
-@dataclass(eq=False)
-class PartialPosture:
+class PartialPosture(Struct, eq=False):
     """Origins [m] and unit vectors of links: for each link, complex arrays of shape (..., positions).
 
     They are valid only for links that have already been placed.
