@@ -90,8 +90,9 @@ def _unit_shapes(
     nodes, weights = np.polynomial.legendre.leggauss(points)
     xi = (nodes + 1) / 2
     rows = _polynomials(inner, stretches, bends, slides)
-    values = tuple(np.polynomial.polynomial.polyval(xi, row.T).T for row in rows)
-    slopes = tuple(np.polynomial.polynomial.polyval(xi, _derivative(row).T).T for row in rows)
+    evaluated: Any = np.polynomial.polynomial.polyval
+    values = tuple(evaluated(xi, row.T).T for row in rows)
+    slopes = tuple(evaluated(xi, _derivative(row).T).T for row in rows)
     return xi, weights / 2, values, slopes
 
 
