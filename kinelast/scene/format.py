@@ -3,8 +3,7 @@
 To add a cross-section, add a table here and a function to `elastic.SHAPES`.
 """
 
-from __future__ import annotations
-
+# without `from __future__ import annotations`, because msgspec takes long to evaluate texts
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 import numpy as np
@@ -281,6 +280,14 @@ class RunTable(StrictTable, frozen=True, kw_only=True):
     report_units: Literal["SI", "mm", "in"] | None = None
 
 
+class ContactTable(StrictTable, frozen=True, kw_only=True):
+    """A contact between two links. They roll on each other or, if a normal is given, slip along the tangent."""
+
+    links: tuple[str, str]  #: both links
+    at: Place  #: point of contact in the drawing
+    normal: q.Direction | None = None  #: direction of the common normal, if the links slip [they roll]
+
+
 class PlainSceneTable(StrictTable, frozen=True, kw_only=True):
     """A planar mechanism of rigid and elastic links with drives and loads."""
 
@@ -336,14 +343,6 @@ def read_quantity(kind: type, value: Any, per_length: float = 1.0) -> Any:
 
 
 Part = Annotated[float, Meta(ge=-1e9, le=1e9)]
-
-
-class ContactTable(StrictTable, frozen=True, kw_only=True):
-    """A contact between two links. They roll on each other or, if a normal is given, slip along the tangent."""
-
-    links: tuple[str, str]  #: both links
-    at: Place  #: point of contact in the drawing
-    normal: q.Direction | None = None  #: direction of the common normal, if the links slip [they roll]
 
 
 class SpatialJointTable(StrictTable, frozen=True, kw_only=True):

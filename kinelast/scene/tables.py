@@ -1,7 +1,6 @@
 """Tables and keys of a scene file: joints, drives, loads, limits, and design studies."""
 
-from __future__ import annotations
-
+# without `from __future__ import annotations`, because msgspec takes long to evaluate texts
 from typing import TYPE_CHECKING, Annotated, Literal
 
 from msgspec import Meta, Struct, field
