@@ -52,8 +52,8 @@ def imported(program):
         ("import animations", {"msgspec", "numpy", "rigid", "elastic", "symbols", "animations"}),
         ("import exchange", {"msgspec", "numpy", "exchange"}),
         ("import kinelast", {"kinelast"}),
-        (HELP.format("--help"), {"kinelast", "argparse"}),
-        (HELP.format("--list"), {"kinelast", "argparse", "tomllib"}),
+        (HELP.format("--help"), {"kinelast", "argparse", "msgspec"}),
+        (HELP.format("--list"), {"kinelast", "argparse", "msgspec", "tomllib"}),
     ],
     ids=lambda asked: asked if isinstance(asked, str) and len(asked) < 20 else "",
 )

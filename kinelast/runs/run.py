@@ -190,12 +190,13 @@ def _finish(
     -------
     The report, and the summary with the checksums of all files.
     """
-    from kinelast.figures.refined_peaks import refined
     from kinelast.figures.summary import report_of
 
     for name, table in tables.cam_tables(results.scene).items():
         write_table(part / f"{name}.csv", table, request.tables)
     if request.refine and not results.vibrates:
+        from kinelast.figures.refined_peaks import refined
+
         results = refined(results, progress)
     document, optimum = design
     report = replace(report_of(results), made_from=made, optimum=optimum)

@@ -12,7 +12,7 @@ from typing import Any
 from msgspec import Struct, field
 from msgspec.structs import replace
 
-from kinelast.scene import build, drives, limits, mistakes, parsing, sections, variables
+from kinelast.scene import build, drives, limits, parsing, sections, variables
 from kinelast.scene.data import Scene, require_determined
 from kinelast.scene.error import SceneError, fault
 from kinelast.scene.format import SceneTable
@@ -232,6 +232,7 @@ def mistakes_in(text: str, read: sections.Read) -> tuple[SceneError, ...]:
     Errors of the motion, such as a loop that does not close, are left out. `read` reads the files to which the scene
     refers.
     """
+    from kinelast.scene.mistakes import all_mistakes
 
     def require_parts(raw: Tables) -> None:
         tables, _ = sections.with_files(raw, read)
@@ -239,7 +240,7 @@ def mistakes_in(text: str, read: sections.Read) -> tuple[SceneError, ...]:
         build.built(table, "scene", files_of(table, read))
         limits.require_studies(table)
 
-    return mistakes.all_mistakes(text, require_parts)
+    return all_mistakes(text, require_parts)
 
 
 def files_of(table: SceneTable, read: sections.Read) -> dict[str, str]:

@@ -191,12 +191,12 @@ class Batch(Struct, frozen=True):
 
 def options_of(*lists: type[Struct]) -> dict[str, Option]:
     """Return the options of `Request`, `Batch` or both, by field name."""
-    found = {}
+    options = {}
     for each in (each for one in lists for each in structs.fields(one)):
         (defined,) = each.type.__metadata__
         flags = defined.flags or (f"--{each.name}",)
-        found[each.name] = structs.replace(defined, default=each.default, flags=flags)
-    return found
+        options[each.name] = structs.replace(defined, default=each.default, flags=flags)
+    return options
 
 
 def written() -> set[str]:

@@ -119,7 +119,8 @@ def _script(names: tuple[str, ...]) -> bytes:
 
 def script(name: str) -> str:
     """Return a script without `export` keywords. Browsers would reject them in the joined script of a page."""
-    return re.sub("(?m)^export ", "", (WEB / f"{name}.js").read_text(encoding="utf-8"))
+    text = (WEB / f"{name}.js").read_text(encoding="utf-8")
+    return text.removeprefix("export ").replace("\nexport ", "\n")
 
 
 @cache
