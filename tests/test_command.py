@@ -578,8 +578,9 @@ def test_a_plain_report_imports_no_more_than_it_takes(tmp_path):
     assert "matplotlib.pyplot" not in loaded
 
 
-def test_a_quasi_static_report_imports_no_slow_module_that_it_does_not_use(tmp_path):
-    loaded = loaded_after(["steel_four_bar", "--quiet", "--theory", "quasi-static", "-o", str(tmp_path)])
+@pytest.mark.parametrize("options", [[], ["--theory", "quasi-static"]], ids=["default", "quasi-static"])
+def test_a_report_imports_no_slow_module_that_it_does_not_use(options, tmp_path):
+    loaded = loaded_after(["steel_four_bar", "--quiet", *options, "-o", str(tmp_path)])
     unused = {"csv", "difflib", "fractions", "html", "numpy.ma", "scipy", "traceback"}
     assert not loaded & (unused | {"kinelast.figures.refined_peaks", "kinelast.scene.mistakes"})
 

@@ -10,7 +10,7 @@ import numpy as np
 from msgspec import Struct
 from numpy.polynomial import legendre
 
-from rigid.arrays import Complexes, Integers, Numbers, Reals
+from rigid.arrays import Complexes, Integers, Numbers, Reals, distinct
 
 STAGES = 8
 MAX_CACHED_VALUES = 200_000  # maximum number of values per batch, so that they fit into the processor's cache
@@ -191,7 +191,8 @@ class Grid(Struct, frozen=True, eq=False, dict=True):
         weights = interpolation(scheme(self.stages).points, (times - self.edges[element]) / self.steps[element])
 
         order = np.argsort(element, kind="stable")
-        present, first = np.unique(element[order], return_index=True)
+        present = distinct(element)
+        first = np.searchsorted(element[order], present)
         instants = np.split(order, first[1:])  # indices of instants, grouped by element to avoid copies of elements
 
         def sampled(values: Complexes) -> Complexes:

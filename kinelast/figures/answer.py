@@ -19,7 +19,7 @@ from kinelast.figures.figure_error import BETWEEN, TIME, FigureError
 from kinelast.figures.main_figures import MainFigure, worst_of
 from kinelast.scene.data import ACCURACY, QUASI_STATIC
 from kinelast.scene.figure import Figure
-from rigid.arrays import Complexes, Numbers, Reals
+from rigid.arrays import Complexes, Numbers, Reals, distinct
 
 SAFE_SHARE = 0.8  # largest estimated error of a time history, relative to the accuracy; estimates are within about 20 %
 NEGLIGIBLE_GAIN = 0.1  # smaller errors by the theory of motion, relative to the accuracy or other errors, are accepted
@@ -165,7 +165,7 @@ class Answer(Struct, frozen=True, eq=False, dict=True):
             for figure in figures:
                 near = np.add.outer(cycle.of(figure).position, (-1, 0, 1))
                 instants.append(time[np.clip(near, 0, len(time) - 1)].ravel())
-        return np.unique(np.concatenate(instants))
+        return distinct(np.concatenate(instants))
 
     def _is_missed(self, figure: MainFigure) -> bool:
         return figure.error.parts.get(BETWEEN, 0.0) > self.wanted * figure.base

@@ -10,6 +10,7 @@ from kinelast.figures.cycle import Cycle
 from kinelast.scene.data import scene_deflection
 from kinelast.scene.error import SceneError
 from rigid import Motion
+from rigid.arrays import distinct
 
 MAX_REFINED = 10_000  # no instants are added to runs with more positions than this
 MAX_PHASE = 0.5  # [rad] largest phase of the lowest mode between two positions; above it, a peak may be missed
@@ -83,4 +84,4 @@ class Between:
         points = grid.nodes[1:][fine]
         points = points[(points > times[0]) & (points < times[-1])]
         points = points[course.breaks.far(points)]
-        return course.at(np.unique(np.append(times, points))) if len(points) else moved
+        return course.at(distinct(np.append(times, points))) if len(points) else moved

@@ -29,6 +29,7 @@ from kinelast.scene.figure import Limit, drive_words, joint_words
 from kinelast.scene.numbers import coordinate, percent, quantity
 from kinelast.tasks.progress import SILENT, Progress, one_thread
 from rigid import ConstantSpeed, Mechanism, Motion, Reals
+from rigid.arrays import distinct
 
 if TYPE_CHECKING:
     from fem_check import Comparison, MomentumBalance
@@ -342,7 +343,7 @@ def at_breaks(plain: Results) -> Results:
 
 def _with_instants(plain: Results, instants: Reals, motion_at: Callable[[Reals], Motion]) -> Results:
     """Return quasi-static results at the positions of `plain` and at additional instants [s]."""
-    times = plain.scene.course.with_breaks(np.union1d(plain.motion.time, instants))
+    times = plain.scene.course.with_breaks(distinct(np.append(plain.motion.time, instants)))
     return replace(plain, deflection=scene_deflection(plain.scene, motion_at(times)))
 
 
@@ -379,7 +380,7 @@ def with_breaks(results: Results, run: RunFigures) -> RunFigures:
     """Return the figures `run`, merged with those just before and after breaks and at added instants of the answer."""
     scene, answer, instants = results.scene, results.answer, results.scene.course.breaks.sides
     if answer:
-        instants = np.union1d(instants, np.setdiff1d(answer.cycle.motion.time, results.motion.time))
+        instants = distinct([*instants, *({*answer.cycle.motion.time} - {*results.motion.time})])
     if results.buckles or not len(instants):
         return run
     plain = scene_deflection(scene, scene.course.at(instants))
