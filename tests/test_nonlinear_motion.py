@@ -16,6 +16,8 @@ from elastic import RIGID, Section, deflection, sample, with_rotary_inertia
 from fem_check.nonlinear import DoesNotCloseError, refined_deflection
 from fem_check.nonlinear.collocation import Collocation
 from fem_check.nonlinear.equilibrium import start_of
+from fem_check.nonlinear.loads import RigidLinkMotion
+from fem_check.nonlinear.rigid_places import RigidPlaces
 from fem_check.nonlinear.stepping import periods, slowest_vibration
 from fem_check.nonlinear.system import system_of
 from rigid import (
@@ -47,6 +49,19 @@ DRIVEN = (PinDrive("arm", "O"),)
 def arm(*, drives=DRIVEN, mass=2.0, lumps=(), loads=(), gravity=0.0):
     link = Link("arm", {"O": 0, "A": 1.0}, (Beam("O", "A", mass),), lumps)
     return Mechanism((GROUND, link), drives, {"O": 0, "A": 1.0}, gravity=gravity, loads=loads)
+
+
+@pytest.mark.parametrize(
+    "name", ["origin", "direction", "velocity", "angular_velocity", "acceleration", "angular_acceleration", "turning"]
+)
+def test_loads_see_the_motion_of_the_rigid_links(name):
+    mechanism = steel_four_bar().mechanism
+    law = SegmentedLaw(0.0, (Segment("cycloidal", 0.2, 1.0), Segment("dwell", 0.1, 0.0)))
+    time = np.array([0.03, 0.1, 0.16, 0.26])
+    known = motion(mechanism, *(np.array([part]) for part in law(time)), time)
+    expected = getattr(known, name)
+    found = getattr(RigidLinkMotion(time, RigidPlaces(mechanism, (law,), 0.0)), name)
+    assert found == pytest.approx(expected, abs=1e-6 * np.abs(expected).max())
 
 
 def steel_four_bar_of_known_area():

@@ -303,6 +303,7 @@ ARRAYS: dict[str, Callable[[RigidLinkMotion], Any]] = {
     "velocity": lambda motion: as_complex(motion.link_rates[0]),
     "angular_velocity": lambda motion: motion.link_rates[0][..., 2],
     "acceleration": lambda motion: as_complex(motion.link_rates[1]),
+    "angular_acceleration": lambda motion: motion.link_rates[1][..., 2],
     "turning": lambda motion: 1j * motion.link_rates[1][..., 2] - motion.link_rates[0][..., 2] ** 2,
 }
 """Functions that compute the arrays of `rigid.Motion` that loads may use, by attribute name."""
