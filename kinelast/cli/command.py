@@ -23,7 +23,7 @@ from kinelast.cli.terminal import Sentences, fill_closed_streams, listener, pars
 from kinelast.scene.error import SceneError, plain
 from kinelast.tasks.progress import SILENT, Progress, StoppedError, ignored_interrupts, signals_held_back, stoppable
 from kinelast.tasks.request import Batch, Request, RequestError
-from kinelast.tasks.task import BAD_INPUT, BUG, FAILED, FINE, Outcome, Task, missing_package
+from kinelast.tasks.task import BAD_INPUT, BUG, FAILED, FINE, Outcome, Task, missing_package, result_names, scene_paths
 
 if TYPE_CHECKING:
     from kinelast.tasks.processes import Lost
@@ -219,8 +219,6 @@ def _stopped(stop: BaseException, done: str) -> int:
 
 def _run(request: Request, batch: Batch) -> int:
     """Compute all scenes, print their outcomes, and return the exit status."""
-    from kinelast.tasks.task import result_names, scene_paths
-
     paths, problems = scene_paths(batch.scenes)
     for problem in problems:
         _refuse(problem)

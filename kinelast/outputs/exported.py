@@ -10,6 +10,7 @@ import numpy as np
 from kinelast.scene.data import Scene, scene_motion
 from rigid import (
     ConstantSpeed,
+    Gear,
     Link,
     Mechanism,
     Motion,
@@ -24,7 +25,6 @@ from rigid.constants import mass_moments
 
 if TYPE_CHECKING:
     from exchange import Drive, ForeignGear, ForeignLoad, ForeignMechanism, ForeignSlider, Slot
-    from rigid import Gear
 
 MIN_STROKE = 1e-6  # a motion law counts as oscillating if |sum of strokes| / largest |stroke| is below this limit
 POSITIONS = 360  # number of positions per cycle at which the position of a pin in its slot is evaluated
