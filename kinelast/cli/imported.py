@@ -3,8 +3,6 @@
 If a drive moves a slider or cannot make a full turn, the drive is changed to oscillate between two limits.
 """
 
-from __future__ import annotations
-
 from math import pi
 
 import numpy as np

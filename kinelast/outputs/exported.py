@@ -1,7 +1,5 @@
 """Conversion of a mechanism to the data that the exporters for other programs need."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Mapping
 from typing import Any
 
