@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from msgspec import Struct
+from msgspec.structs import replace
 
 from kinelast.cli.instead import instead_of_reports
 from kinelast.cli.terminal import Sentences, fill_closed_streams, listener, parsed, say
@@ -301,8 +302,6 @@ def _named_once(line: str, task: Task) -> str:
 
 def _summarize(outcomes: Sequence[tuple[Task, Outcome]], out: Path, others: Sequence[str]) -> None:
     """Write the table of all scenes. `others` are additional file formats."""
-    from msgspec.structs import replace
-
     from kinelast.outputs.batch import summary_row, write_batch
 
     rows = {}
