@@ -1,7 +1,5 @@
 """Deflection of the links of moving planar mechanisms."""
 
-from __future__ import annotations
-
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from elastic.arrays import PerBeam
-from elastic.beams.polynomials import least_on
+from elastic.beams.polynomials import gauss_points, least_on
 from elastic.beams.section import Section, Taper
 from elastic.links.members import BeamRun, members_of, spans_of
 from elastic.solution import Deflection
@@ -63,13 +63,12 @@ def _critical_load(parts: Iterable[tuple[float, float, Any, Taper | None]]) -> R
     EI at the start of the part; and its taper. Ritz's method minimises the ratio (integral of M'^2) / (integral of M^2
     / EI).
     """
-    nodes, weights = np.polynomial.legendre.leggauss(POINTS)
-    xi = (nodes + 1) / 2
+    xi, weights = gauss_points(POINTS)
     flexibility: Any = 0.0
     for start, width, EI, taper in parts:
         falling = 1.0 if taper is None else np.polynomial.polynomial.polyval(xi, taper.EI)
         moment = _moments(2 * (start + width * xi) - 1)
-        softness = np.abs(width) * weights / 2 / (EI * falling)
+        softness = np.abs(width) * weights / (EI * falling)
         flexibility = flexibility + (moment * softness[..., None, :]) @ moment.swapaxes(-1, -2)
     with np.errstate(divide="ignore"):
         return 1.0 / np.linalg.eigvalsh(flexibility)[..., -1:]

@@ -1,11 +1,11 @@
 """Largest and rms values over a cycle, period of the cycle, and harmonics of the loads."""
 
 from collections.abc import Collection
-from functools import cache
 
 import numpy as np
 from msgspec import Struct
 
+from elastic.beams.polynomials import gauss_points
 from elastic.extreme_values import Extreme
 from elastic.largest import Largest, largest
 from elastic.sampling import sample
@@ -120,7 +120,7 @@ def harmonics(deflection: Deflection, period: float, forces: Collection[str] = (
     if len(columns) != 1:
         raise ValueError(f"the deflection has several designs (shape {columns}): expected one")
     count = columns[0]
-    xi, weights = _quadrature()
+    xi, weights = gauss_points(POINTS)
     twice = np.full(count // 2 + 1, 2.0)
     twice[0] = 1.0
     if count % 2 == 0:
@@ -135,13 +135,3 @@ def harmonics(deflection: Deflection, period: float, forces: Collection[str] = (
     with np.errstate(invalid="ignore", divide="ignore"):
         share, crest = np.sqrt(energy / energy.sum()), np.sqrt(course.max() / energy.sum())
     return Harmonics(np.arange(float(len(share))) * (2 * np.pi / period), share, float(crest))
-
-
-@cache
-def _quadrature() -> tuple[Reals, Reals]:
-    """Return Gauss points on [0, 1], and weights with the sum 2 (instead of 1).
-
-    The factor 2 cancels, because all results are ratios.
-    """
-    nodes, weights = np.polynomial.legendre.leggauss(POINTS)
-    return (nodes + 1) / 2, weights

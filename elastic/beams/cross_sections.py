@@ -106,14 +106,9 @@ def i_section(depth: float, width: float, web: float, flange: float, fillet: flo
     ----------
     Cowper (see `Shape.shear_coefficient`), thin-walled I-section.
     """
-    inside = depth - 2 * flange
-    if not np.all((inside > 2 * fillet) & (width >= web + 2 * fillet)):
+    if not np.all((depth - 2 * flange > 2 * fillet) & (width >= web + 2 * fillet)):
         raise ValueError("an I needs flange + fillet < depth/2, and web + 2 fillet <= width")
-    round_area, round_inertia, round_place = fillet_area(fillet)
-    place = inside / 2 - round_place
-    area = 2 * width * flange + inside * web + 4 * round_area
-    inertia = (width * depth**3 - (width - web) * inside**3) / 12 + 4 * (round_inertia + round_area * place**2)
-    moment = width * flange * (depth - flange) / 2 + web * inside**2 / 8 + 2 * round_area * place
+    area, inertia, moment = _two_flanges(depth, width, web, flange, fillet, 2)
     height = depth - flange
     m, n = 2 * width * flange / (height * web), width / height
     return Shape(
@@ -177,18 +172,30 @@ def channel(depth: float, width: float, web: float, flange: float, fillet: float
     ValueError
         If the dimensions leave no web or no flange.
     """
-    inside = depth - 2 * flange
-    if not np.all((inside > 2 * fillet) & (width >= web + fillet)):
+    if not np.all((depth - 2 * flange > 2 * fillet) & (width >= web + fillet)):
         raise ValueError("a channel needs flange + fillet < depth/2, and web + fillet <= width")
-    round_area, round_inertia, round_place = fillet_area(fillet)
-    place = inside / 2 - round_place
-    area = 2 * width * flange + inside * web + 2 * round_area
-    inertia = (width * depth**3 - (width - web) * inside**3) / 12 + 2 * (round_inertia + round_area * place**2)
-    moment = width * flange * (depth - flange) / 2 + web * inside**2 / 8 + round_area * place
+    area, inertia, moment = _two_flanges(depth, width, web, flange, fillet, 1)
     half, across = (depth - flange) / 2, width - web / 2
     flow = flange * across * half
     walls = [(flange, across, half, half, 0.0)] * 2 + [(web, 2 * half, half, -half, flow)]
     return Shape(area, inertia, depth / 2, moment * area / (inertia * web), shear_coefficient_by_energy(walls), width)
+
+
+def _two_flanges(
+    depth: float, width: float, web: float, flange: float, fillet: float, sides: int
+) -> tuple[float, float, float]:
+    """Return the area, the second moment of area, and the first moment of half of the area of a web with two flanges.
+
+    `sides` is the number of sides of the web with fillets.
+    """
+    inside = depth - 2 * flange
+    round_area, round_inertia, round_place = fillet_area(fillet)
+    place = inside / 2 - round_place
+    area = 2 * width * flange + inside * web + 2 * sides * round_area
+    own = round_inertia + round_area * place**2
+    inertia = (width * depth**3 - (width - web) * inside**3) / 12 + 2 * sides * own
+    moment = width * flange * (depth - flange) / 2 + web * inside**2 / 8 + sides * round_area * place
+    return area, inertia, moment
 
 
 def t_section(depth: float, width: float, web: float, flange: float, fillet: float = 0.0) -> Shape:

@@ -8,6 +8,7 @@ from numpy.polynomial import Chebyshev, Polynomial
 from numpy.polynomial.polynomial import polyroots, polyval
 
 from elastic.arrays import Coefficients
+from elastic.beams.polynomials import gauss_points
 from elastic.beams.section import Section, Taper
 from rigid.arrays import Reals
 
@@ -57,8 +58,7 @@ def _gauss(polynomial: tuple[float, ...], powers: int) -> tuple[Reals, Reals]:
     """Return enough Gauss-Legendre points on [0, 1], with weights, to integrate 1/polynomial to round-off."""
     nearest = _axes_sum(polynomial, 0.0, 1.0)
     count = powers + (0 if np.isinf(nearest) else int(np.ceil(LOG_ACCURACY / 2 / np.log(nearest))))
-    nodes, weights = np.polynomial.legendre.leggauss(count)
-    return (nodes + 1) / 2, weights / 2
+    return gauss_points(count)
 
 
 def _axes_sum(polynomial: tuple[float, ...], low: float, high: float) -> float:

@@ -17,13 +17,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from msgspec import Struct
+from msgspec.structs import replace
 
 from kinelast.cli.instead import instead_of_reports
 from kinelast.cli.terminal import Sentences, fill_closed_streams, listener, parsed, say
 from kinelast.scene.error import SceneError, plain
 from kinelast.tasks.progress import SILENT, Progress, StoppedError, ignored_interrupts, signals_held_back, stoppable
 from kinelast.tasks.request import Batch, Request, RequestError
-from kinelast.tasks.task import BAD_INPUT, BUG, FAILED, FINE, Outcome, Task, missing_package
+from kinelast.tasks.task import BAD_INPUT, BUG, FAILED, FINE, Outcome, Task, missing_package, result_names, scene_paths
 
 if TYPE_CHECKING:
     from kinelast.tasks.processes import Lost
@@ -219,8 +220,6 @@ def _stopped(stop: BaseException, done: str) -> int:
 
 def _run(request: Request, batch: Batch) -> int:
     """Compute all scenes, print their outcomes, and return the exit status."""
-    from kinelast.tasks.task import result_names, scene_paths
-
     paths, problems = scene_paths(batch.scenes)
     for problem in problems:
         _refuse(problem)
@@ -303,8 +302,6 @@ def _named_once(line: str, task: Task) -> str:
 
 def _summarize(outcomes: Sequence[tuple[Task, Outcome]], out: Path, others: Sequence[str]) -> None:
     """Write the table of all scenes. `others` are additional file formats."""
-    from msgspec.structs import replace
-
     from kinelast.outputs.batch import summary_row, write_batch
 
     rows = {}

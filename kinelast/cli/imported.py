@@ -3,10 +3,7 @@
 If a drive moves a slider or cannot make a full turn, the drive is changed to oscillate between two limits.
 """
 
-from __future__ import annotations
-
 from math import pi
-from typing import TYPE_CHECKING
 
 import numpy as np
 from msgspec import Struct
@@ -14,15 +11,11 @@ from msgspec.structs import replace
 
 from exchange import Drive, ExchangeError, ForeignMechanism, of_text, scene_text, to_and_fro
 from kinelast.outputs.exported import exchanged
-from kinelast.scene.data import scene_motion
+from kinelast.scene.data import Scene, scene_motion
 from kinelast.scene.document import scene_from_text
 from kinelast.scene.error import SceneError, plain
 from kinelast.scene.tables import PER_LENGTH
-from rigid import MechanismError, motion, reachable
-
-if TYPE_CHECKING:
-    from kinelast.scene.data import Scene
-    from rigid import Mechanism
+from rigid import Mechanism, MechanismError, motion, reachable
 
 # (distance of each limit of an oscillating drive from the nearest stop of the mechanism) / (range between the stops)
 MARGIN = 0.01

@@ -1,7 +1,5 @@
 """Linearization of an optimization problem: cost, margins and their derivatives at a design."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from io import StringIO
 from typing import TYPE_CHECKING, Any
 
@@ -64,6 +65,20 @@ class Chart(Struct, frozen=True, eq=False):
     curves: Sequence[Curve]
 
 
+@contextmanager
+def new_axes(width: float, height: float, place: tuple[float, float, float, float]) -> Iterator[Any]:
+    """Yield axes in a new picture, in the style of the report.
+
+    `width` and `height` are the size of the picture [in]. `place` is the left and lower edge, the width and the height
+    of the axes, relative to the size of the picture.
+    """
+    from matplotlib import rc_context
+    from matplotlib.figure import Figure
+
+    with rc_context(STYLE):
+        yield Figure(figsize=(width, height), facecolor="none").add_axes(place, frameon=False)
+
+
 def svg_of(figure: Figure, name: str) -> str:
     """Return a matplotlib figure as an `<svg>` element.
 
@@ -84,25 +99,20 @@ def svg_of(figure: Figure, name: str) -> str:
 
 def line_charts(axis: Axis, charts: Sequence[Chart]) -> list[str]:
     """Return each chart as SVG. The largest magnitude in a chart determines the SI prefix of the unit."""
-    from matplotlib import rc_context
-    from matplotlib.figure import Figure
-
     drawn = []
-    with rc_context(STYLE):
-        figure = Figure(figsize=(WIDTH, HEIGHT), facecolor="none")
-        axes = figure.add_axes((0.105, 0.2, 0.885, 0.76), frameon=False)
+    with new_axes(WIDTH, HEIGHT, (0.105, 0.2, 0.885, 0.76)) as axes:
         axes.set_xlim(axis.values[0], axis.values[-1] if axis.values[-1] != axis.values[0] else axis.values[0] + 1.0)
         axes.set_xticks(axis.marks, [number(mark) for mark in axis.marks])
         axes.tick_params(length=0, labelcolor=SOFT)
         axes.grid(color=RULE, linewidth=0.8)
         zero = axes.axhline(0.0, color="#aab4be", linewidth=0.9)
-        figure.text(0.5475, 0.02, axis.label, ha="center", color=INK)
-        unit = figure.text(0.012, 0.58, "", rotation=90, ha="left", va="center", color=INK)
+        axes.figure.text(0.5475, 0.02, axis.label, ha="center", color=INK)
+        unit = axes.figure.text(0.012, 0.58, "", rotation=90, ha="left", va="center", color=INK)
         for chart in charts:
             for line in set(axes.lines) - {zero}:
                 line.remove()
             unit.set_text(_draw_curves(axes, axis, chart))
-            drawn.append(svg_of(figure, chart.heading))
+            drawn.append(svg_of(axes.figure, chart.heading))
     return drawn
 
 
@@ -146,16 +156,12 @@ def field_maps(
     columns
         The picture is at least wide enough for this number of columns. Pictures with equal `columns` get equal widths.
     """
-    from matplotlib import rc_context
-    from matplotlib.figure import Figure
-
     rows, pitch = len(labels), ROW + GAP
     edge = max(EDGE, LETTER * max(map(len, labels)))
     inner = (COLUMN + SPACE) * len(fields)
     width, height = edge + (COLUMN + SPACE) * max(columns, len(fields)), 0.36 + rows * pitch + 0.3
-    with rc_context(STYLE):
-        figure = Figure(figsize=(width, height), facecolor="none")
-        axes = figure.add_axes((edge / width, 0.36 / height, inner / width, rows * pitch / height), frameon=False)
+    place = edge / width, 0.36 / height, inner / width, rows * pitch / height
+    with new_axes(width, height, place) as axes:
         for row, label in enumerate(labels):
             axes.text(-edge, (rows - row) * pitch - ROW / 2, label, va="center", color=INK, fontweight="bold")
         marks: dict[float, str] = {}
@@ -170,8 +176,8 @@ def field_maps(
         axes.set(xlim=(0.0, inner), ylim=(0.0, rows * pitch), yticks=[])
         axes.set_xticks([*marks], [*marks.values()])
         axes.tick_params(length=0, pad=2, labelcolor=SOFT)
-        figure.text((edge + inner / 2) / width, 0.0, axis.label, ha="center", va="bottom", color=INK)
-        return svg_of(figure, "maps")
+        axes.figure.text((edge + inner / 2) / width, 0.0, axis.label, ha="center", va="bottom", color=INK)
+        return svg_of(axes.figure, "maps")
 
 
 def _marks(axis: Axis) -> list[tuple[float, str]]:

@@ -1,15 +1,15 @@
 """Conversion of a mechanism to the data that the exporters for other programs need."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from exchange import Drive, ForeignGear, ForeignLink, ForeignLoad, ForeignMechanism, ForeignSlider, Slot, to_and_fro
 from kinelast.scene.data import Scene, scene_motion
 from rigid import (
     ConstantSpeed,
+    Gear,
     Link,
     Mechanism,
     Motion,
@@ -22,10 +22,6 @@ from rigid import (
 )
 from rigid.constants import mass_moments
 
-if TYPE_CHECKING:
-    from exchange import Drive, ForeignGear, ForeignLoad, ForeignMechanism, ForeignSlider, Slot
-    from rigid import Gear
-
 MIN_STROKE = 1e-6  # a motion law counts as oscillating if |sum of strokes| / largest |stroke| is below this limit
 POSITIONS = 360  # number of positions per cycle at which the position of a pin in its slot is evaluated
 
@@ -37,8 +33,6 @@ def exchanged(scene: Scene) -> ForeignMechanism:
     one link with the sum of the masses. If the block of a slider has only one pin, a slot replaces the slider and the
     block, and the mass of the block is placed at the pin. Beam sections, springs and varying loads are omitted.
     """
-    from exchange import ForeignLink, ForeignMechanism
-
     unit, scale = ("in", 1 / 0.0254) if scene.report_units == "in" else ("mm", 1e3)
     motion = scene_motion(scene, POSITIONS)
     mechanism = motion.mechanism
@@ -100,8 +94,6 @@ def _steady_loads(motion: Motion, called: Mapping[str, str]) -> tuple[ForeignLoa
 
     If a force turns with a link, its components in the initial position are returned.
     """
-    from exchange import ForeignLoad
-
     loads = []
     for load in motion.mechanism.loads:
         if isinstance(load, PointLoad) and load.law is None and complex(load.force):
@@ -118,8 +110,6 @@ def _sliding(
     motion: Motion, members: Mapping[str, Any], called: Mapping[str, str], blocks: Collection[str], scale: float
 ) -> tuple[dict[str, Slot], dict[str, ForeignSlider]]:
     """Return the slots that replace sliders, and the remaining sliders. The keys are the names of the sliders."""
-    from exchange import ForeignSlider, Slot
-
     slots, slides = {}, {}
     mechanism = motion.mechanism
     for slider in mechanism.sliders:
@@ -146,8 +136,6 @@ def _joint(drive: PinDrive | SliderDrive, called: Mapping[str, str]) -> dict[str
 
 def _drive(drive: PinDrive | SliderDrive, law: Any, called: Mapping[str, str], unit: str, scale: float) -> Drive:
     """Return a drive with a constant speed or an oscillating motion law. Any other motion law is omitted."""
-    from exchange import Drive, to_and_fro
-
     if isinstance(law, RepeatedLaw) and isinstance(law.law, SegmentedLaw):
         duration = sum(float(segment.duration) for segment in law.law.segments)
         per_unit, unit = (180 / np.pi, "deg") if drive.turns else (scale, unit)
@@ -178,7 +166,5 @@ def _swing(law: SegmentedLaw) -> list[float]:
 
 
 def _wheels(gear: Gear, called: Mapping[str, str]) -> ForeignGear:
-    from exchange import ForeignGear
-
     ends = _joint(gear.driver, called), _joint(gear.follower, called)
     return ForeignGear(*ends, float(gear.ratio), gear.pressure_angle is not None)

@@ -15,7 +15,7 @@ import numpy as np
 
 from elastic import sample
 from kinelast.figures.results import Results
-from kinelast.outputs.charts import INK, SOFT, STYLE, axis, cycle_charts, cycle_maps, line_charts, svg_of
+from kinelast.outputs.charts import INK, SOFT, axis, cycle_charts, cycle_maps, line_charts, new_axes, svg_of
 from kinelast.outputs.display import display_list, extent
 from kinelast.outputs.positions import PROFILE
 from kinelast.outputs.sheet import MechanismAxes
@@ -52,9 +52,6 @@ def mechanism_drawing(results: Results, position: int) -> tuple[str, float]:
     -------
     An `<svg>` element, and the factor by which displacements are enlarged in the picture.
     """
-    from matplotlib import rc_context
-    from matplotlib.figure import Figure
-
     low, high = extent(results)
     factor = exaggeration(results, abs(high - low))
     sheet = _sheet(results, position, factor, (low, high))
@@ -62,9 +59,7 @@ def mechanism_drawing(results: Results, position: int) -> tuple[str, float]:
     wide, tall = (high - low).real + 2 * room, (high - low).imag + 2 * room
     scale = min(WIDEST / wide, TALLEST / tall)
     width = max(wide * scale, 3.0)
-    with rc_context(STYLE):
-        figure = Figure(figsize=(width, tall * scale + FOOT), facecolor="none")
-        axes = figure.add_axes((0.0, 0.0, 1.0, 1.0), frameon=False)
+    with new_axes(width, tall * scale + FOOT, (0.0, 0.0, 1.0, 1.0)) as axes:
         axes.set_axis_off()
         left = (low + high).real / 2 - width / scale / 2
         foot = low.imag - room - FOOT / scale
@@ -72,7 +67,7 @@ def mechanism_drawing(results: Results, position: int) -> tuple[str, float]:
         sheet.axes = axes
         _draw_all(results, sheet, position, factor, complex(left, foot) + (0.2 + 0.1j) / scale)
         _extend_limits(axes, scale)
-        return svg_of(figure, "drawing"), factor
+        return svg_of(axes.figure, "drawing"), factor
 
 
 def draw_mechanism(results: Results, axes: Axes, size: complex) -> None:

@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from msgspec import UNSET
+import msgspec
 from msgspec.structs import asdict
 
 from kinelast import __version__
@@ -28,7 +28,7 @@ def made_from(content: bytes, request: Request, files: Mapping[str, str]) -> Ori
     by file name.
     """
     options = {name: list(value) if isinstance(value, tuple) else value for name, value in asdict(request).items()}
-    digests = beside_digests(files).get("beside", UNSET)
+    digests = beside_digests(files).get("beside", msgspec.UNSET)
     return Origin(sha256=hashlib.sha256(content).hexdigest(), options=options, beside=digests)
 
 
@@ -51,8 +51,6 @@ def json_bytes(data: Any, indent: int = 0) -> bytes:
 
     If a text (e.g. a file name) contains characters that UTF-8 cannot encode, all non-ASCII characters are escaped.
     """
-    import msgspec
-
     try:
         text = msgspec.json.encode(data)
     except UnicodeEncodeError:

@@ -13,12 +13,10 @@ import numpy as np
 
 from kinelast.outputs.placing import PlacedName, place_names
 from rigid import GROUND, Posture
-from symbols import LEVELS, LINK, anchor_position, extent_of, hull, marks_of
+from symbols import LEVELS, LINK, Anchor, Mark, anchor_position, extent_of, hull, marks_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
-    from symbols import Anchor, Mark
 
 INK = "#1b1b1b"
 PAPER = "#ffffff"

@@ -14,6 +14,7 @@ from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
@@ -120,8 +121,6 @@ def _lines(columns: Sequence[Column]) -> Iterable[bytes]:
     for each column. The result is then one piece of bytes that contains all lines.
     """
     if all(len(column.values) and column.is_finite and column.values.dtype.kind == "f" for column in columns):
-        import msgspec
-
         rows = np.array([column.values for column in columns]).T.tolist()
         return [msgspec.json.encode(rows)[2:-2].replace(b"null", b"").replace(b"],[", b"\n")]
     return map(b",".join, zip(*map(_cells, columns), strict=True))
@@ -133,8 +132,6 @@ def _cells(column: Column) -> list[bytes]:
         return [_cell(value) for value in (column.values.tolist() if column.is_numeric else column.values)]
     if not len(column.values):
         return []
-    import msgspec
-
     return msgspec.json.encode(column.values.tolist())[1:-1].replace(b"null", b"").split(b",")
 
 
@@ -142,8 +139,6 @@ def _cell(value: Any) -> bytes:
     if value is None or (isinstance(value, float) and math.isnan(value)):
         return b""
     if isinstance(value, float) and math.isfinite(value):
-        import msgspec
-
         return msgspec.json.encode(float(value))
     if isinstance(value, str):
         return quoted(f"'{value}" if FORMULA.match(value) else value).encode()

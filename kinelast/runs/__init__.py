@@ -15,6 +15,7 @@ import numpy as np
 from msgspec.structs import replace
 
 from elastic import FIELDS, PRIMARY, Deflection, without_positions
+from kinelast.figures.checks import momentum_balances, nonlinear_check, solid_check
 from kinelast.figures.cycle import EXTREME_FIELDS, too_many_beams
 from kinelast.figures.output import output_of
 from kinelast.figures.peaks import joined, run_figures
@@ -207,13 +208,9 @@ def by_theory(plain: Results, request: Request, progress: Progress) -> Results:
 def further_checked(results: Results, request: Request, progress: Progress) -> Results:
     """Add the requested checks to the results: momentum balances, nonlinear check, solid check."""
     if request.elements is not None:
-        from kinelast.figures.checks import momentum_balances
-
         results = replace(results, balances=momentum_balances(results))
     if not results.scene.labels or not (request.nonlinear or request.solid):
         return results
-    from kinelast.figures.checks import nonlinear_check, solid_check
-
     name, nonlinear, solid = results.scene.name, None, None
     if request.nonlinear:
         nonlinear = nonlinear_check(

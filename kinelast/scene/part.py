@@ -14,7 +14,7 @@ from msgspec import field as entry
 
 from kinelast.scene.figure import LEAST, Figure, Limit, RangeCheck, items_of
 from kinelast.scene.numbers import real
-from kinelast.scene.reading import Finding
+from kinelast.scene.reading import Finding, Reader
 from kinelast.scene.tables import Name, StrictTable
 from kinelast.scene.units import Quantity
 from rigid import Link, Load, Mechanism, Slider
@@ -25,7 +25,6 @@ if TYPE_CHECKING:
     from kinelast.scene.format import MaterialTable, SceneTable
     from kinelast.scene.limits import Output
     from kinelast.scene.links import LinkModel
-    from kinelast.scene.reading import Reader
     from kinelast.scene.sections import SectionSource
     from symbols import Mark
 

@@ -15,10 +15,12 @@ from kinelast import __version__
 from kinelast.outputs.outbox import add_to
 from kinelast.outputs.sheet import PAPER, MechanismAxes
 from kinelast.scene import build, document, parsing, sections
+from kinelast.scene.data import Scene
 from kinelast.scene.error import fault, known_name
 from kinelast.scene.format import ChainTable
 from kinelast.scene.text import file_text, of_file, reader_in, scene_name
 from kinelast.scene.units import shown
+from kinelast.structure import spatial_text, structure_text
 from kinelast.tasks.progress import SILENT, Progress
 from kinelast.tasks.task import DONE, FINE, Outcome, Task, guarded
 from rigid import Mechanism, MechanismError
@@ -26,8 +28,6 @@ from rigid.topology import Contact, SpatialJoint, assembled, spatial_chain
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
-    from kinelast.scene.data import Scene
 
 
 class StructureScene(Struct, frozen=True, eq=False):
@@ -160,11 +160,7 @@ def _files(scene: StructureScene, text: str) -> tuple[dict[str, str], str]:
 def scene_text(scene: StructureScene) -> str:
     """Return a text that describes the structure of a scene."""
     if scene.mechanism is None:
-        from kinelast.structure import spatial_text
-
         return spatial_text(scene.joints, scene.title, scene.fixed)
-    from kinelast.structure import structure_text
-
     return structure_text(scene.mechanism, scene.contacts, scene.title)
 
 

@@ -5,6 +5,7 @@ from itertools import combinations
 
 import numpy as np
 
+from rigid.decomposition.connected import ConnectedSets
 from rigid.decomposition.groups import LINK_CONSTRAINTS
 from rigid.joints import Coupling, Joint, PinJoint, SliderJoint, WeldJoint
 from rigid.parts import Gear, Link, MechanismError, PinDrive, Slider, SliderDrive, Weld
@@ -196,23 +197,20 @@ class Net:
 
     def doubled(self, links: Sequence[int], known: set[int]) -> int:
         """Return the number of redundant constraints between pairs of links, such as a block in parallel guides."""
-        group = {link: link for link in (*links, *known)}
-
-        def top(link: int) -> int:
-            while group[link] != link:
-                link = group[link]
-            return link
-
-        surplus = 0
+        surplus, sets = 0, ConnectedSets((*links, *known))
         pairs = sorted(
-            {(min(start, end), max(start, end)) for start in links for end in self.neighbours[start] & set(group)}
+            {
+                (min(start, end), max(start, end))
+                for start in links
+                for end in self.neighbours[start] & sets.above.keys()
+            }
         )
         for start, end in pairs:
             constraints, rank = self._between(start, end)
-            if constraints > rank and top(start) != top(end):
+            if constraints > rank and sets.root(start) != sets.root(end):
                 surplus += constraints - rank
                 if rank == LINK_CONSTRAINTS:
-                    group[top(start)] = top(end)
+                    sets.join(end, start)
         return surplus
 
     def _between(self, one: int, other: int) -> tuple[int, int]:

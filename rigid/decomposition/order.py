@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from msgspec.structs import replace
 
+from rigid.decomposition.connected import ConnectedSets
 from rigid.decomposition.groups import GearLoop, Group, Structure
 from rigid.decomposition.net import Net
 from rigid.joints import Joint, WeldJoint
@@ -14,6 +15,7 @@ from rigid.mechanism import Mechanism
 from rigid.names import counted
 from rigid.parts import MechanismError
 
+KNOWN = -1  # number that stands for all links with known positions
 MAX_NAMED = 3  # maximum number of points listed in a message
 RANK_TOLERANCE = 1e-9  # largest singular value or coefficient that counts as zero, relative to the largest entry
 
@@ -62,25 +64,18 @@ def _group(net: Net, links: tuple[int, ...], known: set[int]) -> Group:
     Joints are added to the tree unless they close a loop. The order is: welds, driven joints, joints to known links,
     other joints.
     """
-    root = {link: link for link in links}
-
-    def top(link: int) -> int:
-        link = -1 if link in known else link
-        while link != -1 and root[link] != link:
-            link = root[link]
-        return link
 
     def rank(joint: Joint) -> tuple[int, bool, bool]:
         return joint.freedoms, not joint.moved, joint.parent not in known
 
     tree, cut = [], []
+    sets = ConnectedSets((KNOWN, *links))
     for joint in sorted(net.joints(links, known), key=rank):
-        low, high = sorted((top(joint.parent), top(joint.child)))
-        if low == high:
+        parent, child = (KNOWN if link in known else link for link in (joint.parent, joint.child))
+        if sets.join(parent, child):
+            tree.append(joint)
+        else:
             cut.append(joint)
-            continue
-        tree.append(joint)
-        root[high] = low
     rings = [joint for joint in cut if not joint.freedoms]
     cut = [joint for joint in cut if joint.freedoms]
     if any(joint.moved for joint in cut):

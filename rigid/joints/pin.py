@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any, ClassVar, Self
 
 import numpy as np
 from msgspec.structs import replace
 
 from rigid.arrays import Columns, Real
-from rigid.joints.protocol import Body, Drawn, Joint, JointPlace, Placed, carried, first, opening_of, point_of
+from rigid.joints.protocol import Drawn, Joint, JointPlace, Placed, carried, first, opening_of, point_of
 from rigid.parts import PinDrive
 from rigid.plane import ZERO, unit
 from rigid.teeth import Teeth
@@ -25,22 +25,10 @@ class PinJoint(Joint, frozen=True):
         """Return the name of the common point of the links."""
         return self.name
 
-    def on_bodies(self, bodies: Mapping[int, Body]) -> Self:
-        """See `Joint`. The coordinate of the result is the angle between the bodies."""
-        parent, child = bodies[self.parent], bodies[self.child]
-        ends = parent.at(self.at_parent), child.at(self.at_child)
-        return replace(self, parent=parent.link, child=child.link, at_parent=ends[0], at_child=ends[1])
-
     def exchanged(self) -> Self:
         """See `Joint`. Without a drive or gear, the coordinate changes sign, as it is relative to the new parent."""
-        sense = -self.sense if self.moved else self.sense
-        return replace(
-            self, parent=self.child, child=self.parent, at_parent=self.at_child, at_child=self.at_parent, sense=sense
-        )
-
-    def of_first_design(self) -> Self:
-        """See `Joint`."""
-        return replace(self, at_parent=first(self.at_parent), at_child=first(self.at_child))
+        exchanged = super().exchanged()
+        return exchanged if self.moved else replace(exchanged, sense=self.sense)
 
     def mover(self, links: Sequence[str]) -> PinDrive:
         """Create a drive that turns the child relative to the parent."""

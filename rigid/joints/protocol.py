@@ -14,6 +14,7 @@ from typing import Any, ClassVar, Protocol, Self
 
 import numpy as np
 from msgspec import Struct
+from msgspec.structs import replace
 
 from rigid.arrays import Columns, Complex, Complexes, Real
 from rigid.mechanism import Mechanism
@@ -203,16 +204,22 @@ class Joint(Struct, frozen=True, eq=False, dict=True):
         raise NotImplementedError
 
     def on_bodies(self, bodies: Mapping[int, Body]) -> Self:
-        """Return the same joint between the bodies to which its links belong (see `Body`)."""
-        raise NotImplementedError
+        """Return the same joint between the bodies to which its links belong (see `Body`).
+
+        The coordinate of the result is the position of one body relative to the other.
+        """
+        parent, child = bodies[self.parent], bodies[self.child]
+        ends = parent.at(self.at_parent), child.at(self.at_child)
+        return replace(self, parent=parent.link, child=child.link, at_parent=ends[0], at_child=ends[1])
 
     def exchanged(self) -> Self:
         """Return the same joint with parent and child exchanged."""
-        raise NotImplementedError
+        ends = {"parent": self.child, "child": self.parent, "at_parent": self.at_child, "at_child": self.at_parent}
+        return replace(self, **ends, sense=-self.sense)
 
     def of_first_design(self) -> Self:
         """Return the same joint for the first design only, with scalar dimensions."""
-        raise NotImplementedError
+        return replace(self, at_parent=first(self.at_parent), at_child=first(self.at_child))
 
     def mover(self, links: Sequence[str]) -> PinDrive | SliderDrive:
         """Create a drive that moves this joint. `links` are the names of all links."""

@@ -49,14 +49,12 @@ class SliderJoint(Joint, frozen=True, kw_only=True):
 
     def on_bodies(self, bodies: Mapping[int, Body]) -> Self:
         """See `Joint`."""
-        parent, child = bodies[self.parent], bodies[self.child]
         owner, block = bodies[self.owner], bodies[self.block]
         turn = owner.turn * self.slider.turn * np.conj(block.turn)
         slider = replace(
             self.slider, origin=owner.at(self.slider.origin), direction=owner.turn * self.slider.direction, turn=turn
         )
-        ends = parent.at(self.at_parent), child.at(self.at_child)
-        return replace(self, parent=parent.link, child=child.link, at_parent=ends[0], at_child=ends[1], slider=slider)
+        return replace(super().on_bodies(bodies), slider=slider)
 
     def drawn_along(self, drawing: Drawn) -> Any:
         """See `Joint`.
@@ -68,16 +66,11 @@ class SliderJoint(Joint, frozen=True, kw_only=True):
         slider = mechanism.slider(self.name)
         return drawing.direction(mechanism.index[slider.on]) * slider.direction
 
-    def exchanged(self) -> Self:
-        """See `Joint`."""
-        ends = {"parent": self.child, "child": self.parent, "at_parent": self.at_child, "at_child": self.at_parent}
-        return replace(self, **ends, sense=-self.sense)
-
     def of_first_design(self) -> Self:
         """See `Joint`."""
         origin, direction, turn = (first(getattr(self.slider, name)) for name in ("origin", "direction", "turn"))
         slider = replace(self.slider, origin=origin, direction=direction, turn=turn)
-        return replace(self, at_parent=first(self.at_parent), at_child=first(self.at_child), slider=slider)
+        return replace(super().of_first_design(), slider=slider)
 
     def mover(self, links: Sequence[str]) -> SliderDrive:
         """Create a drive along the line."""

@@ -35,15 +35,10 @@ class WeldJoint(PinJoint, frozen=True, kw_only=True):
         """See `Joint`."""
         return self.weld.turn
 
-    def exchanged(self) -> Self:
-        """See `Joint`."""
-        ends = {"parent": self.child, "child": self.parent, "at_parent": self.at_child, "at_child": self.at_parent}
-        return replace(self, **ends, sense=-self.sense)
-
     def of_first_design(self) -> Self:
         """See `Joint`."""
         weld = replace(self.weld, turn=first(self.weld.turn))
-        return replace(self, at_parent=first(self.at_parent), at_child=first(self.at_child), weld=weld)
+        return replace(super().of_first_design(), weld=weld)
 
     def drawn(self, drawing: Drawn) -> float:
         """Return the angle of the weld, which does not depend on the drawing."""

@@ -7,6 +7,7 @@ from msgspec import Struct
 from msgspec.structs import force_setattr
 
 from rigid.arrays import Integers
+from rigid.decomposition.connected import ConnectedSets
 from rigid.parts import MechanismError
 
 
@@ -73,12 +74,12 @@ def incidence(graph: Graph) -> Integers:
 
 def components(graph: Graph) -> tuple[tuple[str, ...], ...]:
     """Return the nodes of each connected component."""
-    root = _Roots(graph.nodes)
+    sets = ConnectedSets(graph.nodes)
     for branch in graph.branches:
-        root.join(branch.start, branch.end)
+        sets.join(branch.start, branch.end)
     parts: dict[str, list[str]] = {}
     for node in graph.nodes:
-        parts.setdefault(root.of(node), []).append(node)
+        parts.setdefault(sets.root(node), []).append(node)
     return tuple(tuple(part) for part in parts.values())
 
 
@@ -92,9 +93,9 @@ def spanning_tree(graph: Graph, preferred: Iterable[int] = ()) -> tuple[int, ...
 
     Branches are added in order, `preferred` ones first. If the graph has several components, each has its own tree.
     """
-    root = _Roots(graph.nodes)
+    sets = ConnectedSets(graph.nodes)
     ends = [(branch.start, branch.end) for branch in graph.branches]
-    return tuple(sorted(number for number in (*preferred, *range(len(ends))) if root.join(*ends[number])))
+    return tuple(sorted(number for number in (*preferred, *range(len(ends))) if sets.join(*ends[number])))
 
 
 def fundamental_loops(graph: Graph, tree: Collection[int] | None = None) -> Integers:
@@ -155,21 +156,3 @@ def loop_walk(graph: Graph, loop: Integers) -> tuple[tuple[int, int], ...]:
 def _far_end(graph: Graph, number: int, sign: int) -> str:
     branch = graph.branches[number]
     return branch.end if sign > 0 else branch.start
-
-
-class _Roots:
-    """Union-find structure for connected components. Each component has a root node."""
-
-    def __init__(self, nodes: Iterable[str]) -> None:
-        self.above = {node: node for node in nodes}
-
-    def of(self, node: str) -> str:
-        while self.above[node] != node:
-            node = self.above[node]
-        return node
-
-    def join(self, first: str, second: str) -> bool:
-        """Join the components of two nodes. Return False if they are already connected."""
-        first, second = self.of(first), self.of(second)
-        self.above[second] = first
-        return first != second

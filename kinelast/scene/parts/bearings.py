@@ -17,7 +17,7 @@ from kinelast.scene.numbers import real, require
 from kinelast.scene.part import Assembly, Part
 from kinelast.scene.parts.joint_kinds import BEARING, CLEARANCE, CLEARANCES, EYE, KEY, PIN, PLAIN, ROLLING, joints_with
 from kinelast.scene.quantities import Duration, LoadRating, PressureSpeed, Share, Size, SlidingSpeed, Stress
-from kinelast.scene.reading import MAX_MARKS, reading
+from kinelast.scene.reading import MAX_MARKS, Reader, reading
 from kinelast.scene.tables import Factor, StrictTable
 from machine import joints as formulas
 from machine.joints import JointHistory, JointParts
@@ -29,7 +29,6 @@ if TYPE_CHECKING:
     from kinelast.scene.data import Scene
     from kinelast.scene.format import SceneTable
     from kinelast.scene.limits import Output
-    from kinelast.scene.reading import Reader
 
 ROLLER_EXPONENT = 10.0 / 3.0  # life exponent of roller bearings
 

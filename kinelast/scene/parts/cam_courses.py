@@ -15,7 +15,7 @@ from elastic import displacement_of
 from kinelast.scene.drive_values import effort, load_inertia
 from kinelast.scene.figure import DRIVE, NOISE, Kind, items_of
 from kinelast.scene.numbers import quantity
-from kinelast.scene.reading import CAUTION, OPEN, POOR, Finding, Reading, reading
+from kinelast.scene.reading import CAUTION, OPEN, POOR, Finding, Reader, Reading, reading
 from machine.cams import BOTH, Cam, CamFlank, CamPush, cam_flank, cut_depth, line_pressure
 from rigid import ConstantSpeed, Motion
 from rigid.arrays import Flags, Reals
@@ -24,7 +24,6 @@ from rigid.plane import dot
 if TYPE_CHECKING:
     from kinelast.figures.cycle import Cycle
     from kinelast.scene.data import Scene
-    from kinelast.scene.reading import Reader
 
 KEY = "cams"
 MIN_POSITIONS = 7  # number of positions that is necessary to differentiate a lag twice

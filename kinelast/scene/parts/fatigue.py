@@ -17,7 +17,7 @@ from kinelast.scene.figure import LEAST, Figure, Kind, RangeCheck
 from kinelast.scene.numbers import real, require
 from kinelast.scene.part import ALONE, Assembly, Part
 from kinelast.scene.parts.bearings import BEARINGS, eye_of
-from kinelast.scene.reading import reading
+from kinelast.scene.reading import Reader, reading
 from kinelast.scene.tables import Factor, StrictTable
 from machine import Range
 from machine import life as formulas
@@ -30,7 +30,6 @@ if TYPE_CHECKING:
     from kinelast.scene.data import Scene
     from kinelast.scene.format import MaterialTable, SceneTable
     from kinelast.scene.links import LinkModel
-    from kinelast.scene.reading import Reader
     from kinelast.scene.sections import SectionSource
 
 KEY = "fatigue"

@@ -16,7 +16,7 @@ from kinelast.scene.moved_joint import coordinate, moved_joint
 from kinelast.scene.numbers import require
 from kinelast.scene.part import Assembly, Part
 from kinelast.scene.quantities import AngleOrLength
-from kinelast.scene.reading import reading
+from kinelast.scene.reading import Reader, reading
 from kinelast.scene.tables import JointNameTable
 from rigid import Mechanism, Motion, PinDrive, Reals, SliderDrive
 from rigid.analysis import LinkAngle, Slide
@@ -24,7 +24,6 @@ from rigid.analysis import LinkAngle, Slide
 if TYPE_CHECKING:
     from kinelast.figures.cycle import Cycle
     from kinelast.scene.data import Scene
-    from kinelast.scene.reading import Reader
     from symbols import Anchor, Mark
 
 TURN = 2.0 * np.pi
