@@ -246,6 +246,7 @@ class TestVerdicts:
         largest = summary["figures"]["deflection"]
         assert largest["error"] < 0.02 * abs(largest["value"])
 
+    @pytest.mark.slow
     def test_further_instants_start_at_known_postures(self, monkeypatch):
         """Newton's method places the excavator; further instants start at known postures and agree."""
         text = (CASES / "new_user" / "excavator.toml").read_text()
