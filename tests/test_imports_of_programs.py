@@ -134,6 +134,7 @@ def test_a_cylinder_that_is_drawn_fully_extended_only_retracts():
     assert -0.027 < slide.min() < -0.026
 
 
+@pytest.mark.slow
 def test_a_barrel_that_rides_in_a_slot_moves_with_its_end():
     """Both are drawn a hair off their lines: the pin is moved onto the line through the moved end."""
     joints = [
@@ -349,11 +350,15 @@ def cylinder(cycles, rpm):
 
 @pytest.mark.parametrize(
     ("cycles", "rpm", "says"),
-    [
-        (45, 45, "it moves, 1.333 s a cycle"),
-        (9, 15, "it moves, 20 s a cycle"),
-        (15, 15.7, "it moves, but never repeats: the drives have no common period"),
-    ],
+    in_tiers(
+        [
+            (45, 45, "it moves, 1.333 s a cycle"),
+            (15, 15.7, "it moves, but never repeats: the drives have no common period"),
+            (9, 15, "it moves, 20 s a cycle"),
+        ],
+        2,
+        1,
+    ),
 )
 def test_an_import_says_in_which_time_all_drives_repeat(cycles, rpm, says):
     assert says in imported(of_text(cylinder(cycles, rpm), "mine")).result
