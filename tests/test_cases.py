@@ -54,8 +54,7 @@ def worded(said, name):
 
 class TestTheDriveAndItsBranch:
     @pytest.mark.parametrize(
-        ("name", "angle"),
-        in_tiers([("cannot_go_round", "108.08"), ("other_assembly_after_a_turn", "512.529")], 0, 2),
+        ("name", "angle"), in_tiers([("cannot_go_round", "108.08"), ("other_assembly_after_a_turn", "512.529")], 0, 2)
     )
     def test_the_error_gives_the_stop_of_a_drive(self, name, angle, answered):
         """The tracker stops at 1.886354 and 8.945315 rad."""
