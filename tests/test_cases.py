@@ -202,14 +202,14 @@ class TestVerdicts:
         assert worded(said, "limits_unstable").startswith("CANNOT BE JUDGED: ")
         assert "unstable at 460 rad/s" in said
 
-    @pytest.mark.parametrize("count", in_tiers([2, 10], 0, 1))
-    def test_the_limit_speed_does_not_depend_on_the_number_of_speeds(self, count, answered):
+    @pytest.mark.parametrize("requested", in_tiers(["420:500:3", "200:660:10", "200:660:2"], 0, 1))
+    def test_the_limit_speed_does_not_depend_on_the_speeds_of_the_table(self, requested, answered):
         """A run of 241 speeds gives 456 rad/s."""
-        _, said, _ = answered("limit_speed", "--set", "materials.mat.yield=4e9", "--speeds", f"200:660:{count}")
+        _, said, _ = answered("limit_speed", "--set", "materials.mat.yield=4e9", "--speeds", requested)
         [found] = re.findall(r"all limits hold up to ([\d.]+) rad/s", said)
         assert float(found) == pytest.approx(456, rel=0.01)  # the error of the stress counts against the limit
 
-    @pytest.mark.parametrize("count", in_tiers([2, 10], 0, 1))
+    @pytest.mark.parametrize("count", in_tiers([10, 2], 0, 1))
     def test_the_limit_speed_is_that_of_yield_if_a_link_yields_first(self, count, answered):
         """The peak of the 6th harmonic is at 380 rad/s; the safety is 1.08 at 379.06 rad/s and 0.92 at 379.44."""
         _, said, _ = answered("limit_speed", "--speeds", f"200:660:{count}")
