@@ -346,7 +346,7 @@ class TestErrorsOfPositions:
 
         No position is at the peak of the pulse.
         """
-        _, _, summary = answered("load_pulse", "--positions", "90")
+        _, _, summary = answered("load_pulse")
         assert abs(summary["figures"]["deflection"]["value"]) == pytest.approx(227.0e-6, rel=2e-3)
         forces = {row["joint"]: row["force"]["value"] for row in summary["joints"]}
         assert forces["B"] == pytest.approx(2554.0, rel=0.01)
