@@ -396,11 +396,10 @@ class TestTolerances:
 
     @pytest.mark.slow
     def test_the_verdict_includes_the_geometric_error(self, answered):
-        _, said, summary = answered("gripper_tolerances", "--tolerances", "--samples", "32")
+        _, said, summary = answered("gripper_tolerances", "--tolerances", "--samples", "128")
         [line] = [line for line in said.splitlines() if "all limits are met by" in line]
-        beyond = summary["tolerances"]["limits_kept"]["beyond"]
-        assert f"including geometry, {100 * beyond:.0f} % of machines exceed it" in line
-        assert 0.3 < beyond < 0.6
+        assert "including geometry, 46 % of machines exceed it" in line
+        assert 0.3 < summary["tolerances"]["limits_kept"]["beyond"] < 0.6
 
 
 class TestMessages:
