@@ -124,7 +124,7 @@ def rebuilt(document):
     return build.mechanism(*parts, name=document.name, **head)
 
 
-@pytest.mark.parametrize("path", in_tiers(shipped_scenes().values(), 5, 4), ids=shipped_scenes())
+@pytest.mark.parametrize("path", in_tiers(shipped_scenes().values(), 5, 11), ids=shipped_scenes())
 def test_every_shipped_scene_can_be_rebuilt(path):
     document = read_document(path)
     again = rebuilt(document)
