@@ -298,7 +298,7 @@ def test_a_heading_says_whether_values_lie_between_the_positions(out, shown):
 
 @pytest.mark.parametrize(
     ("name", "label", "beam"),
-    in_tiers([(LIFT, "lower_out.1", "lower_out, A to C"), (PARTS, "foot.2", "foot from F to G")], 1, 1),
+    in_tiers([(LIFT, "lower_out.1", "lower_out, A to C"), (PARTS, "foot.2", "foot from F to G")], 1),
 )
 def test_a_beam_has_one_name_on_the_page(name, label, beam, out, shown):
     labels = {each["label"]: each["name"] for each in read(out, name)["links"]}
