@@ -117,7 +117,7 @@ def test_an_undeformed_roller_touches_its_cam(driver, out):
         assert away == pytest.approx(radius, abs=0.5)  # pixels
 
 
-@pytest.mark.parametrize("name", CROWDED)
+@pytest.mark.parametrize("name", in_tiers(CROWDED[::-1], 1, 1))
 def test_a_name_in_a_film_is_next_to_its_link_or_has_a_leader_line(name):
     scene = kinelast.load(GALLERY / f"{name}.toml")
     bent = deflection(scene.course.at(scene.course.times(24)), scene.sections, joints=scene.joints)
