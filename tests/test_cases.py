@@ -54,8 +54,7 @@ def worded(said, name):
 
 class TestTheDriveAndItsBranch:
     @pytest.mark.parametrize(
-        ("name", "angle"),
-        [("cannot_go_round", "108.08"), pytest.param("other_assembly_after_a_turn", "512.529", marks=pytest.mark.slow)],
+        ("name", "angle"), in_tiers([("cannot_go_round", "108.08"), ("other_assembly_after_a_turn", "512.529")], 0, 2)
     )
     def test_the_error_gives_the_stop_of_a_drive(self, name, angle, answered):
         """The tracker stops at 1.886354 and 8.945315 rad."""
@@ -203,10 +202,10 @@ class TestVerdicts:
         assert worded(said, "limits_unstable").startswith("CANNOT BE JUDGED: ")
         assert "unstable at 460 rad/s" in said
 
-    @pytest.mark.parametrize("count", in_tiers([10, 2], 0, 1))
-    def test_the_limit_speed_does_not_depend_on_the_number_of_speeds(self, count, answered):
+    @pytest.mark.parametrize("requested", in_tiers(["420:500:3", "200:660:10", "200:660:2"], 0, 1))
+    def test_the_limit_speed_does_not_depend_on_the_speeds_of_the_table(self, requested, answered):
         """A run of 241 speeds gives 456 rad/s."""
-        _, said, _ = answered("limit_speed", "--set", "materials.mat.yield=4e9", "--speeds", f"200:660:{count}")
+        _, said, _ = answered("limit_speed", "--set", "materials.mat.yield=4e9", "--speeds", requested)
         [found] = re.findall(r"all limits hold up to ([\d.]+) rad/s", said)
         assert float(found) == pytest.approx(456, rel=0.01)  # the error of the stress counts against the limit
 
@@ -246,6 +245,7 @@ class TestVerdicts:
         largest = summary["figures"]["deflection"]
         assert largest["error"] < 0.02 * abs(largest["value"])
 
+    @pytest.mark.slow
     def test_further_instants_start_at_known_postures(self, monkeypatch):
         """Newton's method places the excavator; further instants start at known postures and agree."""
         text = (CASES / "new_user" / "excavator.toml").read_text()
@@ -653,8 +653,7 @@ class TestLargeDisplacement:
         assert summary["theory"]["name"] == "geometrically-exact"
         assert abs(summary["largest_deflection"]["value"]) == pytest.approx(0.8592, abs=3e-4)
 
-    @pytest.mark.slow
-    @pytest.mark.parametrize("accuracy", ["5 %", "0.5 %"])
+    @pytest.mark.parametrize("accuracy", in_tiers(["0.5 %", "5 %"], 0, 1))
     def test_a_finer_accuracy_is_no_worse(self, accuracy, answered):
         """Nonlinear finite elements give 58.9 mm; at the quarter points exudyn is 0.3 % below them."""
         _, _, summary = answered("finer_is_worse", "--accuracy", accuracy)

@@ -60,7 +60,7 @@ TYPICAL = ("steel_four_bar", "quick_return", "lightest_arm")
 SHIPPED = [*TYPICAL, *sorted(shipped_scenes().keys() - {*TYPICAL})]
 
 
-@pytest.mark.parametrize("name", in_tiers(SHIPPED, 3, 5))
+@pytest.mark.parametrize("name", in_tiers(SHIPPED, 2, 6))
 def test_every_shipped_scene_makes_a_complete_folder(name, tmp_path, capsys):
     assert main([name, "--positions", "48", "--fields", "--stations", "11", "-o", str(tmp_path)]) == 0
     folder = tmp_path / name
@@ -82,7 +82,7 @@ def test_every_shipped_scene_makes_a_complete_folder(name, tmp_path, capsys):
     assert first.startswith(said)
 
 
-@pytest.mark.parametrize("name", in_tiers(SHIPPED, 3, 3))
+@pytest.mark.parametrize("name", in_tiers(SHIPPED, 2, 4))
 def test_extremes_in_the_table_are_those_of_the_fields(name, tmp_path):
     """Reference: a dense search of sampled fields, with an error of (1/800)^2/8 of the field's curvature.
 

@@ -102,12 +102,14 @@ def test_random_four_bars_agree(case, data):
     agree(case, data.draw)
 
 
+@pytest.mark.slow
 @family
 @given(slider_cranks(), st.data())
 def test_random_slider_cranks_agree(case, data):
     agree(case, data.draw)
 
 
+@pytest.mark.slow
 @family
 @given(st.sampled_from([lambda: inverted_slider_crank(sliding_rod=True, count=5), lambda: six_bar(count=5)]), st.data())
 def test_random_sections_of_other_mechanisms_agree(make, data):

@@ -112,7 +112,7 @@ def cases(draw, name, taper=False):
 
 
 ORDER = sorted(LINKS, key=lambda name: (name not in ("four-bar", "slider-crank"), name == "group that is no dyad"))
-PLACED = in_tiers(ORDER, 2, 2)
+PLACED = in_tiers(ORDER, 1, 3)
 
 
 @pytest.mark.parametrize("name", PLACED)

@@ -317,6 +317,7 @@ def test_the_relative_error_of_a_safety_is_that_of_its_stress():
     assert max(shares["stress"]) > 0.05
 
 
+@pytest.mark.slow
 def test_the_size_of_a_cam_is_no_base_for_errors_of_displacement():
     """The cam of a valve train is 1,400 times as large as its largest deflection, which a finer answer confirms."""
     scene = read_scene(Path(__file__).parents[1] / "docs" / "gallery" / "valve_train.toml")

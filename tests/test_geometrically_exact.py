@@ -132,6 +132,7 @@ def test_section_forces_of_strongly_damped_links_are_in_equilibrium(beta):
     assert residual_state(now, exact_loads(now)).force_residual < 1e-3
 
 
+@pytest.mark.slow
 def test_damping_acts_on_the_strains_of_rotated_sections():
     """The displacement of a crank's end is the integral of the strains that damped section forces cause."""
     lengths, speed, beta, count = (0.058, 0.165, 0.249, 0.238), 346.0, 2.5e-4, 120

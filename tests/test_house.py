@@ -23,6 +23,12 @@ def tree_of(path):
 
 
 @cache
+def nodes_of(path):
+    """Return all nodes of the syntax tree of a file."""
+    return [*ast.walk(tree_of(path))]
+
+
+@cache
 def files():
     """Return the files of all packages."""
     return [path for package in PLAIN for path in sorted((ROOT / package).rglob("*.py"))]
@@ -39,9 +45,7 @@ def test_the_site_lists_every_file(monkeypatch):
 
 
 def test_class_names_are_unique():
-    classes = [
-        (node.name, path) for path in files() for node in ast.walk(tree_of(path)) if isinstance(node, ast.ClassDef)
-    ]
+    classes = [(node.name, path) for path in files() for node in nodes_of(path) if isinstance(node, ast.ClassDef)]
     count = Counter(name for name, _ in classes)
     assert not [f"{name}: {path.relative_to(ROOT)}" for name, path in classes if count[name] > 1]
 
@@ -69,7 +73,7 @@ def decides(node):
 def deciding_files():
     """Yield the files that distinguish kinds of joints, without the joints' own room."""
     for path in files():
-        if "rigid/joints" not in path.as_posix() and any(decides(node) for node in ast.walk(tree_of(path))):
+        if "rigid/joints" not in path.as_posix() and any(decides(node) for node in nodes_of(path)):
             yield path.relative_to(ROOT).with_suffix("").as_posix()
 
 
@@ -82,7 +86,7 @@ def test_the_list_of_files_that_distinguish_joints_is_right():
 def first_lines(path):
     """Yield the first docstring lines of a file, its classes and its functions, with line numbers."""
     documented = (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)
-    for node in ast.walk(tree_of(path)):
+    for node in nodes_of(path):
         words = ast.get_docstring(node) if isinstance(node, documented) else None
         if words:
             yield getattr(node, "lineno", 1), words.splitlines()[0]
@@ -104,7 +108,7 @@ SECTION = re.compile(r"^Parameters\n-+\n(.*?)(?=^\w+\n-+\n|\Z)", re.DOTALL | re.
 
 def unknown_parameters(path):
     """Yield functions whose docstring documents an unknown or unnamed parameter."""
-    for node in ast.walk(tree_of(path)):
+    for node in nodes_of(path):
         section = SECTION.search(ast.get_docstring(node) or "") if isinstance(node, ast.FunctionDef) else None
         if section:
             lines = [line for line in section[1].splitlines() if line]
@@ -124,7 +128,7 @@ VAGUE = {"found", "one", "own", "way"}
 
 def long_lived(path):
     """Yield vague names that are used more than three lines after their assignment."""
-    for function in ast.walk(tree_of(path)):
+    for function in nodes_of(path):
         if isinstance(function, ast.FunctionDef):
             seen = {}
             for node in ast.walk(function):
@@ -150,7 +154,7 @@ ONE_FILE = {f"rigid.{name}" for name in ("arrays", "chunks", "constants", "kinem
 def deep_imports():
     """Yield imports that reach below the root of another package or room: file, line and module."""
     for path in files():
-        for node in ast.walk(tree_of(path)):
+        for node in nodes_of(path):
             if not isinstance(node, ast.ImportFrom) or not node.module or node.module in ONE_FILE:
                 continue
             first, *inner = node.module.split(".")

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from msgspec.structs import replace
+from tiers import in_tiers
 
 import kinelast
 from exchange import ExchangeError, elastic, read, scene_text, written
@@ -133,6 +134,7 @@ def test_a_cylinder_that_is_drawn_fully_extended_only_retracts():
     assert -0.027 < slide.min() < -0.026
 
 
+@pytest.mark.slow
 def test_a_barrel_that_rides_in_a_slot_moves_with_its_end():
     """Both are drawn a hair off their lines: the pin is moved onto the line through the moved end."""
     joints = [
@@ -268,7 +270,7 @@ def drive_of(path):
     return motion.drive[0] - motion.drive[0, 0]
 
 
-@pytest.mark.parametrize("text", [boom(), ROCKERS], ids=["cylinder", "rocker"])
+@pytest.mark.parametrize("text", in_tiers([ROCKERS, boom()], 1, 1), ids=["rocker", "cylinder"])
 def test_a_drive_that_swings_goes_to_pmks_and_back(text, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "mine.pmks").write_text(text)
@@ -288,6 +290,7 @@ def test_a_drive_that_swings_goes_to_pmks_and_back(text, tmp_path, monkeypatch, 
     assert not Path("half.pmks").exists()
 
 
+@pytest.mark.slow
 def test_a_drive_that_swings_beside_another_is_compared_with_its_own_range(tmp_path, monkeypatch, capsys):
     """A crank turns by 360 deg, a cylinder slides by 20 mm of the 179 mm that its boom allows."""
     monkeypatch.chdir(tmp_path)
@@ -347,16 +350,21 @@ def cylinder(cycles, rpm):
 
 @pytest.mark.parametrize(
     ("cycles", "rpm", "says"),
-    [
-        (45, 45, "it moves, 1.333 s a cycle"),
-        (9, 15, "it moves, 20 s a cycle"),
-        (15, 15.7, "it moves, but never repeats: the drives have no common period"),
-    ],
+    in_tiers(
+        [
+            (45, 45, "it moves, 1.333 s a cycle"),
+            (15, 15.7, "it moves, but never repeats: the drives have no common period"),
+            (9, 15, "it moves, 20 s a cycle"),
+        ],
+        2,
+        1,
+    ),
 )
 def test_an_import_says_in_which_time_all_drives_repeat(cycles, rpm, says):
     assert says in imported(of_text(cylinder(cycles, rpm), "mine")).result
 
 
+@pytest.mark.slow
 def test_a_cylinder_is_written_for_pmks_with_the_end_of_its_rod_as_the_pin():
     scene = kinelast.scene_from_text(imported(of_text(cylinder(15, 15), "mine")).text)
     back = of_text(written(exchanged(scene), ".pmks"), "mine")

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tiers import in_tiers
 
 import kinelast
 from elastic import displacement_of
@@ -90,11 +91,13 @@ def test_a_small_friction_is_not_named():
     assert not jumps(RUBBING.replace(str(FRICTION), "0.004") + "\n" + LOAD % RAMP)
 
 
+@pytest.mark.slow
 def test_the_press_of_the_gallery_has_no_load_that_jumps():
     text = PRESS.read_text(encoding="utf-8").replace("[run]", '[run]\ntheory = "elastodynamic"')
     assert HEADING not in [each.heading for each in findings(computed(scene_from_text(text), Request()))]
 
 
+@pytest.mark.slow
 def test_a_load_that_resists_jumps_where_the_motion_reverses():
     """The force of a blade of the wiper reverses with the rotation of its arm."""
     scene = kinelast.load(PRESS.with_name("wiper.toml"))
@@ -135,14 +138,18 @@ PANTOGRAPH = (
 
 @pytest.mark.parametrize(
     ("text", "link", "point", "reversal"),
-    [
-        (PANTOGRAPH, "right", "Q", 0.75),  # on a circle, the speed along the force is zero at 3/8 and 7/8 of a turn
-        (PANTOGRAPH, "right", "Q", 1.75),
-        (ARM.format(drive=SWINGING, resists="both ways"), "arm", "A", 0.5),
-        (ARM.format(drive=SWINGING, resists="one way"), "arm", "A", 0.5),
-        (ARM.format(drive=SWINGING, resists="both ways"), "arm", "A", 0.0),
-    ],
-    ids=["pantograph", "pantograph, later", "arm", "arm, one way", "arm, at the start"],
+    in_tiers(
+        [
+            (ARM.format(drive=SWINGING, resists="both ways"), "arm", "A", 0.5),
+            (ARM.format(drive=SWINGING, resists="one way"), "arm", "A", 0.5),
+            (ARM.format(drive=SWINGING, resists="both ways"), "arm", "A", 0.0),
+            (PANTOGRAPH, "right", "Q", 0.75),  # on a circle, the speed along the force is zero at 3/8 and 7/8 of a turn
+            (PANTOGRAPH, "right", "Q", 1.75),
+        ],
+        1,
+        3,
+    ),
+    ids=["arm", "arm, one way", "arm, at the start", "pantograph", "pantograph, later"],
 )
 def test_a_position_at_a_reversal_has_the_answer_of_the_side_after_it(text, link, point, reversal):
     """A displacement with vibration is continuous, and the forces of joints are those just after the reversal."""
@@ -160,6 +167,15 @@ def test_a_position_at_a_reversal_has_the_answer_of_the_side_after_it(text, link
     assert abs(shown - after) < 0.01 * abs(after)
     forces = np.array(results.deflection.forces.force)[:, at], np.array(near.forces.force)[:, np.argsort(order)[1]]
     assert np.abs(forces[0] - forces[1]).max() < 0.02 * np.abs(forces[1]).max()
+
+
+def test_a_load_that_resists_a_swinging_arm_jumps_at_its_ends():
+    """A force of 3 N reverses with the rotation at 0 and 90 degrees."""
+    results = computed(scene_from_text(ARM.format(drive=SWINGING, resists="both ways")), Request(positions=40))
+    (text,) = (each.text for each in findings(results) if each.heading == HEADING)
+    size, angle = re.search(r"jumps by (?:up to )?([\d.]+) N .*arm at (.*?)\)", text).groups()
+    assert float(size) == pytest.approx(6.0, rel=5e-3)
+    assert sorted(float(each) for each in re.findall(r"([\d.]+)°", angle)) == pytest.approx([0.0, 90.0], abs=0.1)
 
 
 @pytest.mark.parametrize("resists", ["both ways", "one way"])

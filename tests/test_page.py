@@ -617,7 +617,7 @@ def study_of_speeds(tmp_path_factory):
     """Return the folder of a study up to 1000 rpm, which in rad/s is below its first eight digits."""
     folder = tmp_path_factory.mktemp("speeds")
     (folder / "one.toml").write_text(CRANK_ROCKER)
-    options = ["--theory", "quasi-static", "--positions", "72", "--speeds", "100 rpm : 1000 rpm : 5", "--quiet"]
+    options = ["--theory", "quasi-static", "--positions", "36", "--speeds", "100 rpm : 1000 rpm : 5", "--quiet"]
     assert main([str(folder / "one.toml"), *options, "-o", str(folder)]) == 0
     return folder / "one"
 

@@ -100,7 +100,7 @@ def test_figures_at_few_positions_are_within_their_errors(scene, rigid):
     assert compared > 40
 
 
-@pytest.mark.parametrize("name", ["steel_four_bar", "pick_and_place_arm"])
+@pytest.mark.parametrize("name", in_tiers(["pick_and_place_arm", "steel_four_bar"], 1, 1))
 def test_peaks_that_the_positions_miss_are_evaluated_without_solving_again(name, monkeypatch):
     """They agree with a solution at the additional positions, and with one at sixteen times as many positions."""
     paths = shipped_scenes() | {GALLERY.stem: GALLERY}

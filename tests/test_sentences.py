@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from msgspec.structs import replace
+from tiers import in_tiers
 
 import kinelast
 from elastic import displacement_of, sample
@@ -37,6 +38,12 @@ GALLERY = Path(__file__).parents[1] / "docs" / "gallery"
 def press():
     """Return the results of a press that vibrates, with limits on safety, buckling and output."""
     return computed(kinelast.load(DATA / "vibrating_press.toml"), Request())
+
+
+@pytest.fixture(scope="module")
+def excavator():
+    """Return the report on the excavator arm."""
+    return report_of(computed(kinelast.load(GALLERY / "excavator_arm.toml"), Request()))
 
 
 def report_on(text):
@@ -128,9 +135,9 @@ def test_the_change_by_vibration_is_that_of_the_largest_deflection_stress_and_ou
     assert missed < 0.5
 
 
-def test_an_exceeded_limit_of_the_theory_has_one_grade():
+def test_an_exceeded_limit_of_the_theory_has_one_grade(excavator):
     """A stubby part of the stick has a known error of beam theory, larger than its deflection from the chord."""
-    report = report_of(computed(kinelast.load(GALLERY / "excavator_arm.toml"), Request()))
+    report = excavator
     (trusted,) = (finding for finding in report.trust if finding.heading == HEADINGS["slenderness"])
     levels = {row["level"] for row in report.cautions if row["kind"] == "slenderness"}
     assert max(row["figure"] for row in report.cautions if row["kind"] == "slenderness") > 1.0
@@ -141,7 +148,7 @@ def test_an_exceeded_limit_of_the_theory_has_one_grade():
     assert "include its effect at the largest deflection, which may be smaller;" in trusted.text
 
 
-@pytest.mark.parametrize("name", ["toggle_press", "pick_and_place_arm", "peaucellier", "wiper"])
+@pytest.mark.parametrize("name", in_tiers(["toggle_press", "pick_and_place_arm", "peaucellier", "wiper"], 3))
 def test_the_accuracy_covers_the_errors_of_the_first_screen(name):
     """Bending near zero is named instead."""
     report = report_of(computed(kinelast.load(GALLERY / f"{name}.toml"), Request()))
@@ -157,7 +164,7 @@ def test_the_accuracy_covers_the_errors_of_the_first_screen(name):
     assert all(key in finding.text and key in checked(report) for key in larger)
 
 
-@pytest.mark.parametrize(("accuracy", "level"), [(None, "good"), (0.05, "caution"), (0.08, "good")])
+@pytest.mark.parametrize(("accuracy", "level"), in_tiers([(0.05, "caution"), (0.08, "good"), (None, "good")], 1, 1))
 def test_the_error_of_curves_is_compared_with_a_requested_accuracy(accuracy, level):
     scene = kinelast.load(GALLERY / "klann_leg.toml")
     report = report_of(computed(scene, Request(theory="quasi-static", accuracy=accuracy)))
@@ -242,6 +249,7 @@ def test_a_limit_on_the_lowest_natural_frequency_judges_the_frequency_of_the_rep
     assert limit.found.value == report.vibration["natural"][0]["lowest"].value
 
 
+@pytest.mark.slow
 def test_harmonics_of_axial_forces_are_among_those_that_strain_the_links():
     """The work of a press comes at the end of its stroke as a thrust along the toggles, whose harmonics are many."""
     text = (DATA / "vibrating_press.toml").read_text().replace("[run]", '[run]\ntheory = "quasi-static"')
@@ -255,11 +263,10 @@ def test_harmonics_of_axial_forces_are_among_those_that_strain_the_links():
     assert abs(strained - own) <= 2
 
 
-def test_the_parts_of_a_straight_bar_have_the_name_of_the_bar_in_sentences_and_tables():
+def test_the_parts_of_a_straight_bar_have_the_name_of_the_bar_in_sentences_and_tables(excavator):
     """The stick of an excavator is straight from T to X; a pin at V divides it."""
-    report = report_of(computed(kinelast.load(GALLERY / "excavator_arm.toml"), Request(theory="quasi-static")))
-    bar = report.largest_deflection.member
-    names = [row["name"] for row in report.links if row["member"] == bar]
+    bar = excavator.largest_deflection.member
+    names = [row["name"] for row in excavator.links if row["member"] == bar]
     assert bar == "stick from T to X"
     assert names == [f"{bar}, T to V", f"{bar}, V to X"]
 

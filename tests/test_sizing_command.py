@@ -136,6 +136,7 @@ def test_an_infeasible_optimum_fails(scene, tmp_path, capsys):
     assert " % above 1 µm" in output
 
 
+@pytest.mark.slow
 def test_all_files_of_a_scene_with_an_optimum_describe_the_optimum(scene, tmp_path, capsys):
     main([str(scene()), "--optimize", "-o", str(tmp_path / "out")])
     assert capsys.readouterr().out.startswith("four: best design: acceptable: ")

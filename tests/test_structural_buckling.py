@@ -317,6 +317,7 @@ class TestVibration:
         assert limit["found"]["value"] > 1.5 * buckling_ratio(results.quasi_static).largest
         assert limit["outcome"] == "not kept"
 
+    @pytest.mark.slow
     def test_each_speed_includes_vibration(self):
         scene = scene_from_text(HAMMER)
         found = speeds(scene, (50.0, 70.0, 3))
@@ -326,6 +327,7 @@ class TestVibration:
         assert found.verdicts[-1] == "not acceptable"
         assert 50.0 < found.highest < 70.0
 
+    @pytest.mark.slow
     def test_a_load_beyond_the_critical_load_is_not_reliable(self):
         """It lasts for a moment, so the link need not buckle."""
         text = (

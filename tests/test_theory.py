@@ -204,6 +204,7 @@ def _apart(one, other, name):
     return float((np.abs(here - there).max(axis=(1, 2)) / np.abs(here).max(axis=(1, 2))).max())
 
 
+@pytest.mark.slow
 def test_the_start_of_a_cycle_is_as_accurate_as_the_rest():
     """The jerk jumps where the arm starts; a polynomial of the elements after it would be extrapolated to the start."""
     coarse, fine = (
@@ -356,6 +357,10 @@ def test_the_theory_by_name():
     assert found.answer.theory == GEOMETRICALLY_EXACT
     assert found.answer.vibrating.exact.steps > 1
     assert any("Large displacements are included" in finding.text for finding in findings(found))
+
+
+@pytest.mark.slow
+def test_large_displacement_of_gears_and_slots_by_name():
     geared = read_scene(shipped_scenes()["flapping_wing"])
     assert computed(geared, Request(theory=GEOMETRICALLY_EXACT, positions=12)).answer.by_motion < 0.01
     slotted = scene_from_text(SLOTTED)
@@ -743,6 +748,7 @@ def test_a_theory_is_accurate_enough_if_no_other_reduces_the_error(parts, accura
     assert answer.enough == enough
 
 
+@pytest.mark.slow
 def test_peaks_between_the_positions_do_not_lead_to_large_displacement(monkeypatch):
     """The press rings between its positions. Large displacement changes its deflection by less than 0.1 %."""
     monkeypatch.setattr("kinelast.figures.theory.geometrically_exact", None)
@@ -770,6 +776,7 @@ def assert_within_errors(fine, answer):
         assert each.value == pytest.approx(figures[each.key].value, abs=figures[each.key].error.size)
 
 
+@pytest.mark.slow
 def test_errors_of_many_short_time_elements_are_measured_if_that_is_quick(monkeypatch):
     """The estimate from the series of the time elements is ten times too high, because the acceleration jumps."""
     monkeypatch.setattr("kinelast.figures.theory.geometrically_exact", None)
@@ -783,6 +790,7 @@ def test_errors_of_many_short_time_elements_are_measured_if_that_is_quick(monkey
     assert_within_errors(fine, answer)
 
 
+@pytest.mark.slow
 def test_a_too_coarse_vibration_is_solved_finer_and_not_with_large_displacement(monkeypatch):
     monkeypatch.setattr("kinelast.figures.theory.geometrically_exact", None)
     scene = read_scene(DATA / "slow_six_bar.toml")
