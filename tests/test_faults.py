@@ -2,6 +2,7 @@
 
 import errno
 import json
+import math
 import multiprocessing
 import os
 import platform
@@ -25,7 +26,7 @@ from tiers import in_tiers
 import kinelast.outputs.outbox as folders
 from kinelast.cli.command import SceneWork, main, side_by_side
 from kinelast.outputs.outbox import complete, locked
-from kinelast.outputs.sealed import finished, made_from
+from kinelast.outputs.sealed import finished, json_bytes, made_from
 from kinelast.tasks import processes
 from kinelast.tasks.progress import SILENT
 from kinelast.tasks.request import Batch, Request, RequestError
@@ -514,6 +515,11 @@ def test_a_scene_without_a_name_writes_nothing(name, tmp_path, capsys):
     assert main([str(tmp_path / "in" / name), "-o", str(tmp_path / "out")]) == 2
     assert "has no name before .toml" in capsys.readouterr().err
     assert sorted(tmp_path.rglob("*")) == before
+
+
+def test_an_undecodable_name_beside_an_unknown_number_is_written():
+    name = os.fsdecode(b"caf\xe9")
+    assert json.loads(json_bytes({"scene": name, "safety": math.nan})) == {"scene": name, "safety": None}
 
 
 def test_undecodable_and_long_names_are_written(tmp_path, capsys):

@@ -54,7 +54,8 @@ def json_bytes(data: Any, indent: int = 0) -> bytes:
     try:
         text = msgspec.json.encode(data)
     except UnicodeEncodeError:
-        text = json.dumps(data, allow_nan=False).encode()
+        finite = json.loads(json.dumps(data), parse_constant=lambda _: None)
+        text = json.dumps(finite).encode()
     return msgspec.json.format(text, indent=indent) if indent else text
 
 
