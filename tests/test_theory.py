@@ -208,7 +208,7 @@ def _apart(one, other, name):
 def test_the_start_of_a_cycle_is_as_accurate_as_the_rest():
     """The jerk jumps where the arm starts; a polynomial of the elements after it would be extrapolated to the start."""
     coarse, fine = (
-        computed(scene_from_text(f"{RISE_AND_RETURN}accuracy = {accuracy}"), Request()) for accuracy in (0.01, 3e-4)
+        computed(scene_from_text(f"{RISE_AND_RETURN}accuracy = {accuracy}"), Request()) for accuracy in (0.005, 3e-4)
     )
     moments = [sample(results.deflection, "M", np.zeros(1))[0, :, 0] for results in (coarse, fine)]
     off = abs(moments[0][0] - moments[1][0]) / np.abs(moments[1]).max()
@@ -742,10 +742,22 @@ def test_what_the_told_error_has_is_no_doubt_of_its_own(force, level):
     ],
 )
 def test_a_theory_is_accurate_enough_if_no_other_reduces_the_error(parts, accuracy, enough):
+    assert answer_with(parts, accuracy).enough == enough
+
+
+@pytest.mark.parametrize(("large", "lacks"), [(0.001, True), (0.2, False)])
+def test_a_finer_vibration_helps_only_if_other_errors_are_small(large, lacks):
+    answer = answer_with({TIME: 0.2, LARGE: large})
+    assert not answer.enough
+    assert answer.only_lacks(TIME) == lacks
+
+
+def answer_with(parts, accuracy=None):
+    """Return an answer with one main figure, which has a value of 1 and errors `parts` by cause."""
     figures = [MainFigure("deflection", 0, 1.0, 1.0, FigureError(parts))]
     answer = Answer("", None, None, None, {}, [], Estimate({}, None, {}), figures, accuracy, 0.0, True)
     vars(answer)["courses"] = {}
-    assert answer.enough == enough
+    return answer
 
 
 @pytest.mark.slow

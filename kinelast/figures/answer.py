@@ -9,6 +9,7 @@ from functools import cached_property
 
 import numpy as np
 from msgspec import Struct
+from msgspec.structs import replace
 
 from elastic import Deflection, reference_deflection, sample
 from elastic.elastodynamics import Elastodynamic, deflection_at
@@ -124,18 +125,24 @@ class Answer(Struct, frozen=True, eq=False, dict=True):
         itself. If the user requested an accuracy, all time histories must reach it too. Errors `BETWEEN` that lead to
         `missed_peaks` do not count, because the figures will be evaluated there.
         """
-        if self.unknown:
+        if self.unknown or not all(map(self._is_enough, self.main_figures)):
             return False
-        for each in self.main_figures:
-            left = each.share - each.share_by_motion
-            if self._is_missed(each):
-                left -= each.error.parts[BETWEEN] / each.base
-            accepted = max(self.wanted - left, NEGLIGIBLE_GAIN * self.wanted)
-            if self.accuracy is None and left >= self.wanted:
-                accepted = self.wanted
-            if not each.share_by_motion <= accepted:
-                return False
         return self.accuracy is None or max(self.courses.values(), default=0.0) <= SAFE_SHARE * self.wanted
+
+    def only_lacks(self, cause: str) -> bool:
+        """Return whether all main figures would be accurate enough without the errors by one cause."""
+        corrected = (replace(each, error=each.error.without([cause])) for each in self.main_figures)
+        return not self.unknown and all(map(self._is_enough, corrected))
+
+    def _is_enough(self, figure: MainFigure) -> bool:
+        """Return whether a more accurate theory of motion is unnecessary for a main figure, see `enough`."""
+        left = figure.share - figure.share_by_motion
+        if self._is_missed(figure):
+            left -= figure.error.parts[BETWEEN] / figure.base
+        accepted = max(self.wanted - left, NEGLIGIBLE_GAIN * self.wanted)
+        if self.accuracy is None and left >= self.wanted:
+            accepted = self.wanted
+        return figure.share_by_motion <= accepted
 
     @property
     def off_by_motion(self) -> float:

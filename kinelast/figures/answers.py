@@ -11,7 +11,7 @@ from msgspec.structs import replace
 
 from elastic import Deflection
 from elastic.assessment import beyond_beam_theory, euler_ratio
-from elastic.elastodynamics import Elastodynamic, including, moved_to
+from elastic.elastodynamics import Elastodynamic, Vibration, including, moved_to
 from kinelast.figures.answer import Answer
 from kinelast.figures.between import Between
 from kinelast.figures.bounds import largest_rotation
@@ -139,11 +139,19 @@ class Answers(Struct, frozen=True, eq=False, dict=True):
         """
         if vibrating is None or vibrating.vibration is None or not vibrating.stable:
             return None
+        if vibrating.vibration in self._inertia:
+            return self._inertia[vibrating.vibration]
         linear = vibrating if vibrating.exact is None else moved_to(replace(vibrating, exact=None), self.plain)
-        before = beyond_beam_theory(linear.deflection)
-        if before is linear.deflection:
-            return None
-        return self.cycle(before), self.cycle(including(beyond_beam_theory, vibrating).deflection)
+        before, both = beyond_beam_theory(linear.deflection), None
+        if before is not linear.deflection:
+            both = self.cycle(before), self.cycle(including(beyond_beam_theory, vibrating).deflection)
+        self._inertia[vibrating.vibration] = both
+        return both
+
+    @cached_property
+    def _inertia(self) -> dict[Vibration, tuple[Cycle, Cycle] | None]:
+        """Cache of `_inertia_beyond_beam_theory`: several theories may start from the same vibration."""
+        return {}
 
     def at_positions(self, known: Answer) -> Answer:
         """Return a known answer at the positions of `quasi_static`. Vibration is not solved again."""

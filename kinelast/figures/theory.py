@@ -211,24 +211,17 @@ class _Theories(Answers, frozen=True, eq=False, dict=True):
         if asked == QUASI_STATIC or (asked is None and not self._far(linear, wanted)):
             yield self.answer(QUASI_STATIC, linear, {VIBRATION: linear, **stages}, shares)
         if asked != GEOMETRICALLY_EXACT:
-            yield self.answer(ELASTODYNAMIC, linear, stages, shares)
-        if asked is None and (resolved := self._resolved(linear, stages.get(TIME), displaced, open_by, tolerance)):
-            yield from self.candidates(resolved, tolerance, wanted)
-            return
+            by_vibration = self.answer(ELASTODYNAMIC, linear, stages, shares)
+            yield by_vibration
+            if asked is None and by_vibration.only_lacks(TIME):
+                resolved = self._resolved(linear, stages.get(TIME), displaced, open_by, tolerance)
+                if resolved:
+                    yield from self.candidates(resolved, tolerance, wanted)
+                    return
         stepped = finest if shared is None or not displaced else with_large_displacement(linear)[0]
-        rests = _rests(self.plain)
-        if (
-            stepped.exact is not None
-            and stepped.exact.worst <= SETTINGS.max_last_change * wanted
-            and asked is None
-            and not rests
-        ):
-            measured, left = self._errors_of_exact(stepped, tolerance, wanted, shared, finest)
-            if LARGE in left:
-                left = {**left, LARGE: SETTINGS.forces_later * left[LARGE]}
-                if not measured and left[LARGE] > self.accepted_bound(wanted):
-                    measured, left = errors_by_one_more_step(stepped, left)
-            yield self.answer(GEOMETRICALLY_EXACT, stepped, measured, left)
+        small = stepped.exact is not None and stepped.exact.worst <= SETTINGS.max_last_change * wanted
+        if asked is None and small and not _rests(self.plain):
+            yield self._after_first_steps(stepped, tolerance, wanted, shared, finest)
         self._report(3, "geometrically exact")
         self._announce(first_steps)
         try:
@@ -244,6 +237,21 @@ class _Theories(Answers, frozen=True, eq=False, dict=True):
             return
         known = (shared, finest) if exact.vibration is linear.vibration else (None, None)
         yield self.answer(GEOMETRICALLY_EXACT, exact, *self._errors_of_exact(exact, tolerance, wanted, *known))
+
+    def _after_first_steps(
+        self, stepped: Elastodynamic, tolerance: float, wanted: float, finer: Vibration | None, finest: Elastodynamic
+    ) -> Answer:
+        """Return the answer after the first steps to the geometrically exact answer.
+
+        `stepped` and `finest` are the solutions after these steps in the discretizations of the linear answer and of
+        `finer`.
+        """
+        measured, left = self._errors_of_exact(stepped, tolerance, wanted, finer, finest)
+        if LARGE in left:
+            left = {**left, LARGE: SETTINGS.forces_later * left[LARGE]}
+            if not measured and left[LARGE] > self.accepted_bound(wanted):
+                measured, left = errors_by_one_more_step(stepped, left)
+        return self.answer(GEOMETRICALLY_EXACT, stepped, measured, left)
 
     def _resolved(
         self,
@@ -313,9 +321,10 @@ class _Theories(Answers, frozen=True, eq=False, dict=True):
 
     def _worth_measuring(self, answer: Elastodynamic, wanted: float) -> bool:
         """Return whether the discretization error has to be measured by another discretization."""
-        return worth_halving(
-            self.scene.mechanism, answer.elements, answer.coordinates, answer.bound, self.accepted_bound(wanted)
-        )
+        accepted = self.accepted_bound(wanted)
+        if answer.exact is None:
+            accepted = max(accepted, SETTINGS.negligible_bound * wanted)
+        return worth_halving(self.scene.mechanism, answer.elements, answer.coordinates, answer.bound, accepted)
 
     def _large_displacement(
         self, linear: Elastodynamic, finer: Vibration | None, wanted: float
