@@ -5,7 +5,6 @@ from itertools import pairwise
 from math import isfinite, sqrt
 from typing import Any
 
-import tomlkit
 from msgspec.structs import replace
 
 from exchange.foreign_mechanism import (
@@ -41,6 +40,8 @@ def scene_text(drawing: ForeignMechanism) -> str:
     ExchangeError
         If there is no moving link, or if the position of a point is not finite.
     """
+    import tomlkit
+
     if not drawing.links:
         raise ExchangeError("the file has no moving link")
     if not all(isfinite(place.real) and isfinite(place.imag) for place in drawing.points.values()):
@@ -188,6 +189,8 @@ def _section(drawing: ForeignMechanism, depth: float, why: str) -> Any:
 
 def _table(entries: Mapping[str, Any], **remarks: str) -> Any:
     """Return a TOML table. `remarks` contains the comment after each entry, by key."""
+    import tomlkit
+
     table = tomlkit.table()
     table.update(entries)
     for key in remarks.keys() & entries.keys():
@@ -197,6 +200,8 @@ def _table(entries: Mapping[str, Any], **remarks: str) -> Any:
 
 def _add_list(document: Any, kind: str, tables: Iterable[Mapping[str, Any]]) -> None:
     """Add a list of tables to the document, if the list is not empty."""
+    import tomlkit
+
     entries = tomlkit.aot()
     for entry in tables:
         entries.append(_table(entry))
@@ -209,6 +214,8 @@ def _place(place: complex) -> list[float]:
 
 
 def _add_joints(document: Any, drawing: ForeignMechanism) -> None:
+    import tomlkit
+
     tables: dict[str, dict[str, dict[str, Any]]] = {
         "slots": {
             name: {"point": slot.point, "link": slot.link, "on": slot.on, "direction": _direction(slot.direction)}

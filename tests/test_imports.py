@@ -13,6 +13,7 @@ HEAVY = {
     "pyvista",
     "vtk",
     "vtkmodules",
+    "tomlkit",
     "matplotlib",
     "imageio",
     "pint",

@@ -2,6 +2,7 @@
 
 import re
 import time
+import traceback
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import partial
@@ -288,8 +289,6 @@ def _isolated(name: str, failed: dict[str, str]) -> Iterator[None]:
     except Exception as error:
         if sentence := missing_package(error):
             raise RequestError(f"{name}: {sentence}") from None
-        import traceback
-
         failed[name] = traceback.format_exc()
 
 

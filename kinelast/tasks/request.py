@@ -3,6 +3,7 @@
 Each field of these classes is an option of the command line.
 """
 
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -192,7 +193,7 @@ class Batch(Struct, frozen=True):
 def options_of(*lists: type[Struct]) -> dict[str, Option]:
     """Return the options of `Request`, `Batch` or both, by field name."""
     options = {}
-    for each in (each for one in lists for each in structs.fields(one)):
+    for each in chain.from_iterable(map(structs.fields, lists)):
         (defined,) = each.type.__metadata__
         flags = defined.flags or (f"--{each.name}",)
         options[each.name] = structs.replace(defined, default=each.default, flags=flags)

@@ -6,6 +6,7 @@ An error in one scene does not stop the run for the other scenes.
 from __future__ import annotations
 
 import os
+import traceback
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from glob import glob, has_magic
@@ -160,7 +161,7 @@ class Task(Struct, frozen=True):
     extra: Mapping[str, Any] = field(default_factory=dict)
 
     def __hash__(self) -> int:
-        return hash(self.folder)  # `extra` has no hash
+        return hash(self.folder)  # `extra` is a dictionary, which cannot be hashed
 
 
 class Outcome(Struct, frozen=True):
@@ -217,8 +218,6 @@ def guarded(name: str, work: Callable[[], Outcome], fewer: str = "positions", pl
             return Outcome(BAD_INPUT, f"{name}: {_printable(str(error))}")
         if message := missing_package(error):
             return Outcome(BAD_INPUT, f"{name}: {message}")
-        import traceback
-
         return Outcome(BUG, f"{name}: the program failed, please report this:\n{traceback.format_exc()}")
 
 
