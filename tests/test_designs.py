@@ -3,6 +3,7 @@
 import copy
 import gc
 import re
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -25,6 +26,7 @@ from rigid import Beam, LineLoad, Link, Mechanism, PinDrive, PointLoad, motion
 from rigid.positions.branch import TrackedBranch
 from tests.scene_texts import SWING, WHEEL
 
+GALLERY = Path(__file__).parents[1] / "docs" / "gallery"
 SPREAD = 3e-3  # relative change of the numbers
 
 
@@ -445,3 +447,20 @@ def test_the_unit_of_viscosity_depends_on_the_joint():
     document = document_from_dict(tables)
     units = [document.variable(f"joints.{joint}.viscosity").unit for joint in ("A", name)]
     assert units == ["N m s/rad", "N s/m"]
+
+
+@pytest.mark.parametrize(
+    ("file", "path", "size"),
+    [
+        (shipped_scenes()["pusher"], "sections.crank.depth", 0.03),  # with rolling bearings
+        pytest.param(GALLERY / "excavator_arm.toml", "sections.boom.depth", 0.16, marks=pytest.mark.slow),
+    ],
+    ids=["pusher", "excavator_arm"],
+)
+def test_designs_with_other_sections_have_the_same_figures_together_and_alone(file, path, size):
+    document = read_document(file)
+    together = evaluate(document, [path], [[size], [1.1 * size]])
+    alone = evaluate(document, [path], [[1.1 * size]])
+    assert list(together.reason) == ["", *alone.reason] == ["", ""]
+    for name, values in together.columns.items():
+        assert values[1] == pytest.approx(alone.columns[name][0], rel=1e-9, nan_ok=True), name

@@ -20,7 +20,7 @@ from kinelast.scene.document import Document, Tables, document_of
 from kinelast.scene.error import SceneError
 from kinelast.scene.figure import Figure
 from kinelast.tasks.progress import SILENT, Progress
-from rigid import SINGULAR, MechanismError, Posture, Reals, TableError
+from rigid import SINGULAR, MechanismError, Reals, TableError, posture
 from rigid.arrays import Integers
 from rigid.chunks import columns_of
 from rigid.positions import select_designs
@@ -283,7 +283,7 @@ def _largest_load_ratio(base: Base, cycle: Cycle) -> Reals:
     if len(cycle.columns) > 1:
         motion = cycle.motion
         some = np.minimum(base.buckling_positions, motion.time.shape[-1] - 1)
-        near = Posture(motion.mechanism, motion.origin[..., some], motion.direction[..., some])
+        near = posture(motion, (..., some))
         cycle = Cycle(cycle.scene, cycle.scene.course.near(motion.time[..., some], near))
     return np.atleast_1d(np.nan_to_num(cycle.buckling_ratio.value, nan=np.inf).max(axis=0, initial=0.0))
 

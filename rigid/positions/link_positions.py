@@ -275,12 +275,18 @@ def _between(placed: PartialPosture, branch: TrackedBranch, number: int, at: Int
     change = branch.changes(number, low, high)
     free = range(len(group.free))
     start = np.stack([wide(low[f"free{number}"][:, k]) + part * wide(change[:, k]) for k in free])
-    start = np.broadcast_to(start, (len(group.free), *np.broadcast_shapes(start.shape[1:], placed.mechanism.designs)))
+    columns = np.broadcast_shapes(start.shape[1:], placed.mechanism.designs)
+    start = np.broadcast_to(_with_axes(start, len(columns)), (len(group.free), *columns))
     coordinates = newton(placed, group, start)
     box = table[f"box{number}"][at.ravel()]
     box = np.where(np.isfinite(box), box, np.abs(change) + branch.width(number))
-    limit = np.stack([wide(box[:, k]) for k in free]) * (1 + BOX_MARGIN) + BOX_MARGIN
+    limit = _with_axes(np.stack([wide(box[:, k]) for k in free]), len(columns)) * (1 + BOX_MARGIN) + BOX_MARGIN
     with np.errstate(invalid="ignore"):
         off_branch = ~(np.abs(coordinates - start) <= limit).all(axis=0)
     coordinates = np.where(off_branch, np.nan, coordinates)
     return sine_of(tree_closure(placed, group, coordinates))
+
+
+def _with_axes(values: Reals, count: int) -> Reals:
+    """Insert axes of designs after the first axis, so that `count` axes follow it."""
+    return values.reshape(len(values), *(1,) * (count + 1 - values.ndim), *values.shape[1:])

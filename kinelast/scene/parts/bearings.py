@@ -287,7 +287,8 @@ def _over_minimum(scene: Scene, shares: Any) -> Any:
     `shares` contains the equivalent load divided by the load rating C.
     """
     kinds = [scene.parts[KEY][name].rolling.kind for name in items_of(scene, ROLLING)]
-    return shares / np.array([formulas.MIN_LOADS[kind] for kind in kinds])
+    least = np.array([formulas.MIN_LOADS[kind] for kind in kinds])
+    return shares / least.reshape(-1, *(1,) * (np.ndim(shares) - 1))
 
 
 def _life_exponents(scene: Scene) -> list[float]:
