@@ -120,7 +120,7 @@ def test_every_field_of_two_ringing_cranks():
         ("end_masses", 0.05),
         ("end_masses", 0.02),
         pytest.param("end_masses", 0.005, marks=pytest.mark.exhaustive),
-        pytest.param("soft_crank", 0.05, marks=pytest.mark.exhaustive),
+        pytest.param("soft_crank", 0.05, marks=pytest.mark.slow),
         pytest.param("soft_crank", 0.02, marks=pytest.mark.slow),
         pytest.param("snapping_four_bar", 0.05, marks=pytest.mark.slow),
         pytest.param("sprung_four_bar", 0.02, marks=pytest.mark.slow),

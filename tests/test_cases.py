@@ -202,7 +202,7 @@ class TestVerdicts:
         assert worded(said, "limits_unstable").startswith("CANNOT BE JUDGED: ")
         assert "unstable at 460 rad/s" in said
 
-    @pytest.mark.parametrize("requested", in_tiers(["420:500:3", "200:660:10", "200:660:2"], 0, 1))
+    @pytest.mark.parametrize("requested", in_tiers(["420:500:3", "200:660:10", "200:660:2"], 0, 2))
     def test_the_limit_speed_does_not_depend_on_the_speeds_of_the_table(self, requested, answered):
         """A run of 241 speeds gives 456 rad/s."""
         _, said, _ = answered("limit_speed", "--set", "materials.mat.yield=4e9", "--speeds", requested)

@@ -225,7 +225,7 @@ class TestNames:
         assert covered == 0
 
 
-@pytest.mark.parametrize("name", in_tiers(["quick_return", "flapping_wing"], 1))
+@pytest.mark.parametrize("name", in_tiers(["quick_return", "flapping_wing"], 1, 1))
 def test_words_cover_no_link_and_rarely_a_thin_line_or_symbol(name):
     style, positions = Style(show=("names", "links", "peak", "drives")), range(0, 360, 45)
     with off_screen(), Picture(deflection(load(name)), "shape", style) as picture:

@@ -43,7 +43,7 @@ PARTS, PRESS, LIFT, SLOW = "jansen_leg", "vibrating_press", "scissor_lift", "fiv
 
 @pytest.fixture(scope="module")
 def out(tmp_path_factory):
-    """Return a function that returns the folder of the report on a scene, and writes it at the first call."""
+    """Return a function that writes the report on a scene at the first call, and returns its folder."""
     folder = tmp_path_factory.mktemp("words")
     text = (CASES / "strong_spring.toml").read_text()
     (folder / f"{YIELDS_IN_LIMITS}.toml").write_text(f'{text}\n[limits]\ndeflection = "10 mm"\n')
@@ -215,7 +215,7 @@ def test_a_verdict_names_few_limits(verdict, out):
     report = report_from(read(out, UNJUDGED))
     outcome = {"not acceptable": "not kept"}.get(verdict, verdict)
     (row,) = (each for each in report.acceptance.limits if each.kind == "shaking_force")
-    limits = [replace(row, outcome=outcome)] * 6
+    limits = [replace(row, outcome=outcome, name=f"{row.name} {number}") for number in range(6)]
     accepted = Verdict(verdict=verdict, passed=None, problem="", limits=limits)
     words = verdict_words(replace(report, acceptance=accepted))
     assert words.endswith(f"and {len(limits) - MAX_NAMED} more of {len(limits)} limits")
@@ -298,7 +298,7 @@ def test_a_heading_says_whether_values_lie_between_the_positions(out, shown):
 
 @pytest.mark.parametrize(
     ("name", "label", "beam"),
-    in_tiers([(LIFT, "lower_out.1", "lower_out, A to C"), (PARTS, "foot.2", "foot from F to G")], 1),
+    in_tiers([(LIFT, "lower_out.1", "lower_out, A to C"), (PARTS, "foot.2", "foot from F to G")], 1, 1),
 )
 def test_a_beam_has_one_name_on_the_page(name, label, beam, out, shown):
     labels = {each["label"]: each["name"] for each in read(out, name)["links"]}

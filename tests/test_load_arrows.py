@@ -87,7 +87,7 @@ def test_arrows_in_films_show_the_force_at_the_instant(name):
         agree(shafts, abs(shafts).max() * forces)
 
 
-@pytest.mark.parametrize("name", in_tiers(["toggle_press", "pusher"], 1))
+@pytest.mark.parametrize("name", in_tiers(["toggle_press", "pusher"], 1, 1))
 def test_the_arrow_on_the_page_follows_the_slider(name, driver, tmp_path):
     assert main([str(path_of(name)), "--positions", str(COUNT), "--quiet", "-o", str(tmp_path)]) == 0
     page = Page(driver, tmp_path / name / "report.html")
@@ -101,7 +101,7 @@ def test_the_arrow_on_the_page_follows_the_slider(name, driver, tmp_path):
     agree(np.array(found), wanted)
 
 
-@pytest.mark.parametrize("name", in_tiers(["toggle_press", "pusher"], 1))
+@pytest.mark.parametrize("name", in_tiers(["toggle_press", "pusher"], 1, 1))
 def test_the_arrow_on_paper_shows_the_force_at_the_instant(name):
     scene = kinelast.load(path_of(name))
     results = computed(scene, Request(positions=COUNT, theory="quasi-static"))

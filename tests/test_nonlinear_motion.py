@@ -54,7 +54,7 @@ def arm(*, drives=DRIVEN, mass=2.0, lumps=(), loads=(), gravity=0.0):
 @pytest.mark.parametrize(
     "name", ["origin", "direction", "velocity", "angular_velocity", "acceleration", "angular_acceleration", "turning"]
 )
-def test_loads_see_the_motion_of_the_rigid_links(name):
+def test_loads_get_the_motion_of_the_rigid_links(name):
     mechanism = steel_four_bar().mechanism
     law = SegmentedLaw(0.0, (Segment("cycloidal", 0.2, 1.0), Segment("dwell", 0.1, 0.0)))
     time = np.array([0.03, 0.1, 0.16, 0.26])

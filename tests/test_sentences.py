@@ -148,7 +148,7 @@ def test_an_exceeded_limit_of_the_theory_has_one_grade(excavator):
     assert "include its effect at the largest deflection, which may be smaller;" in trusted.text
 
 
-@pytest.mark.parametrize("name", in_tiers(["toggle_press", "pick_and_place_arm", "peaucellier", "wiper"], 3))
+@pytest.mark.parametrize("name", in_tiers(["toggle_press", "pick_and_place_arm", "peaucellier", "wiper"], 3, 1))
 def test_the_accuracy_covers_the_errors_of_the_first_screen(name):
     """Bending near zero is named instead."""
     report = report_of(computed(kinelast.load(GALLERY / f"{name}.toml"), Request()))
@@ -164,7 +164,7 @@ def test_the_accuracy_covers_the_errors_of_the_first_screen(name):
     assert all(key in finding.text and key in checked(report) for key in larger)
 
 
-@pytest.mark.parametrize(("accuracy", "level"), in_tiers([(0.05, "caution"), (0.08, "good"), (None, "good")], 1, 1))
+@pytest.mark.parametrize(("accuracy", "level"), in_tiers([(0.05, "caution"), (0.08, "good"), (None, "good")], 1, 2))
 def test_the_error_of_curves_is_compared_with_a_requested_accuracy(accuracy, level):
     scene = kinelast.load(GALLERY / "klann_leg.toml")
     report = report_of(computed(scene, Request(theory="quasi-static", accuracy=accuracy)))

@@ -92,7 +92,7 @@ class Displacements(Struct, frozen=True, eq=False):
 
 
 class RigidBodyModes(Struct, frozen=True, eq=False):
-    """Rigid-body displacements of the links that close the joints, per unit of each of the n elastic coordinates.
+    """Rigid-body displacements of the links that close the joints, per unit of each elastic coordinate.
 
     Attributes
     ----------
@@ -244,6 +244,7 @@ def unit_displacements(
     )
     turned = angle[:, links, None]
     slope = turned + local_fields["slope"]
+    shear = local_fields["phi"] - local_fields["slope"]  # the same at all positions, except with redundant joints
     beams = 1j * turned * arms[..., None]
     beams += shift[:, links, None]
     beams += directions[:, :, None, None] * (local_fields["u"] + 1j * local_fields["w"])
@@ -265,7 +266,7 @@ def unit_displacements(
     return Displacements(
         beams,
         slope,
-        np.broadcast_to(local_fields["phi"] - local_fields["slope"], slope.shape),  # the same at all positions
+        np.broadcast_to(shear, slope.shape),
         angle,
         np.moveaxis(np.array(moves, complex).reshape(shape), 0, 1),
         np.moveaxis(np.array(turns, float).reshape(shape), 0, 1),

@@ -213,7 +213,7 @@ def tangent(now: Displaced, bent: Deflection) -> Vibration:
     axial = (np.exp(-1j * phi) * now.force).real * kinematics.structure.weights
     geometric, equations = replace(posed.geometric, axial=axial), posed.equations
     # Foreshortening may have a transverse part. The slope then differs from the rotation, which must be used here.
-    unit_rotation = replace(unit, slope=unit.phi)
+    unit_rotation = replace(unit, slope=unit.phi, shear=np.zeros_like(unit.shear))
     stiffness = (
         equations.stiffness
         + (geometric.stiffness(unit_rotation, unit_rotation) - posed.geometric.stiffness(unit, unit))[1:]

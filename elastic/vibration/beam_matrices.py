@@ -90,9 +90,9 @@ def _unit_shapes(
     nodes, weights = np.polynomial.legendre.leggauss(points)
     xi = (nodes + 1) / 2
     rows = _polynomials(inner, stretches, bends, slides)
-    evaluated: Any = np.polynomial.polynomial.polyval
-    values = tuple(evaluated(xi, row.T).T for row in rows)
-    slopes = tuple(evaluated(xi, _derivative(row).T).T for row in rows)
+    evaluate: Any = np.polynomial.polynomial.polyval
+    values = tuple(evaluate(xi, row.T).T for row in rows)
+    slopes = tuple(evaluate(xi, _derivative(row).T).T for row in rows)
     return xi, weights / 2, values, slopes
 
 
@@ -195,7 +195,7 @@ def _polynomials(inner: int, stretches: bool, bends: bool, slides: bool) -> tupl
         w_ends, phi_ends = [linear[0], nothing, linear[1], nothing], [nothing, linear[0], nothing, linear[1]]
     else:
         w_ends = [np.array(row, float) for row in ([1, 0, -3, 2], [0, 1, -2, 1], [0, 0, 3, -2], [0, 0, -1, 1])]
-        w_inner, phi_inner = _bulges(inner if bends else 0, 2), []
+        w_inner, phi_inner = _bulges(inner if bends else 0, 2), ()
         phi_ends = [_derivative(polynomial) for polynomial in w_ends]
     empty = [nothing] * len(u_inner)
     u_row = [linear[0], nothing, nothing, linear[1], nothing, nothing, *u_inner]
@@ -215,7 +215,7 @@ def _derivative(polynomial: Matrices) -> Matrices:
 
 
 @lru_cache(maxsize=64)
-def _bulges(count: int, order: int) -> list[Reals]:
+def _bulges(count: int, order: int) -> tuple[Reals, ...]:
     """Return the coefficients of `count` polynomials with zeros of a given order at both ends of [0, 1].
 
     They are Legendre polynomials times (4 xi (1 - xi))^order.
@@ -223,11 +223,11 @@ def _bulges(count: int, order: int) -> list[Reals]:
     bump = np.ones(1)
     for _ in range(order):
         bump = np.convolve(bump, [0.0, 4.0, -4.0])
-    return [np.convolve(bump, _legendre(degree)) for degree in range(count)]
+    return tuple(np.convolve(bump, _legendre(degree)) for degree in range(count))
 
 
 def _legendre(degree: int) -> Reals:
-    """Return the coefficients of a Legendre polynomial of 2 xi - 1, by Clenshaw's algorithm."""
+    """Return the coefficients, in powers of xi, of a Legendre polynomial of 2 xi - 1, by Clenshaw's algorithm."""
     lower, upper = np.zeros(degree + 1), np.zeros(degree + 1)
     upper[0] = 1.0
     for n in range(degree, 0, -1):

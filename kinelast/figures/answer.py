@@ -129,13 +129,23 @@ class Answer(Struct, frozen=True, eq=False, dict=True):
             return False
         return self.accuracy is None or max(self.courses.values(), default=0.0) <= SAFE_SHARE * self.wanted
 
-    def only_lacks(self, cause: str) -> bool:
-        """Return whether all main figures would be accurate enough without the errors by one cause."""
-        corrected = (replace(each, error=each.error.without([cause])) for each in self.main_figures)
-        return not self.unknown and all(map(self._is_enough, corrected))
+    @property
+    def enough_if_resolved(self) -> bool:
+        """Whether the answer would be good enough without its discretization error, see `enough`."""
+        figures = (replace(each, error=each.error.without([TIME])) for each in self.main_figures)
+        if self.unknown or not all(map(self._is_enough, figures)):
+            return False
+        if self.accuracy is None:
+            return True
+        stages, shares = (
+            {key: each[key] for key in each if key != TIME} for each in (self.off.stages, self.off.shares)
+        )
+        off = replace(self.off, stages=stages, shares=shares, forces=0.0)
+        courses = course_errors(self.off.stages.get(TIME, self.cycle), off)
+        return max(courses.values(), default=0.0) <= SAFE_SHARE * self.wanted
 
     def _is_enough(self, figure: MainFigure) -> bool:
-        """Return whether a more accurate theory of motion is unnecessary for a main figure, see `enough`."""
+        """Return whether the error by the theory of motion is small enough in a main figure, see `enough`."""
         left = figure.share - figure.share_by_motion
         if self._is_missed(figure):
             left -= figure.error.parts[BETWEEN] / figure.base

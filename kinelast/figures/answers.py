@@ -142,11 +142,11 @@ class Answers(Struct, frozen=True, eq=False, dict=True):
         if vibrating.vibration in self._inertia:
             return self._inertia[vibrating.vibration]
         linear = vibrating if vibrating.exact is None else moved_to(replace(vibrating, exact=None), self.plain)
-        before, both = beyond_beam_theory(linear.deflection), None
+        before, cycles = beyond_beam_theory(linear.deflection), None
         if before is not linear.deflection:
-            both = self.cycle(before), self.cycle(including(beyond_beam_theory, vibrating).deflection)
-        self._inertia[vibrating.vibration] = both
-        return both
+            cycles = self.cycle(before), self.cycle(including(beyond_beam_theory, vibrating).deflection)
+        self._inertia[vibrating.vibration] = cycles
+        return cycles
 
     @cached_property
     def _inertia(self) -> dict[Vibration, tuple[Cycle, Cycle] | None]:

@@ -380,7 +380,8 @@ def with_breaks(results: Results, run: RunFigures) -> RunFigures:
     """Return the figures `run`, merged with those just before and after breaks and at added instants of the answer."""
     scene, answer, instants = results.scene, results.answer, results.scene.course.breaks.sides
     if answer:
-        instants = distinct([*instants, *({*answer.cycle.motion.time} - {*results.motion.time})])
+        known = {*results.motion.time}
+        instants = distinct([*instants, *(time for time in answer.cycle.motion.time if time not in known)])
     if results.buckles or not len(instants):
         return run
     plain = scene_deflection(scene, scene.course.at(instants))

@@ -6,7 +6,7 @@ discretizations and figures.
 
 import math
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from functools import cached_property
 from typing import Any
 
@@ -213,14 +213,14 @@ class _Theories(Answers, frozen=True, eq=False, dict=True):
         if asked != GEOMETRICALLY_EXACT:
             by_vibration = self.answer(ELASTODYNAMIC, linear, stages, shares)
             yield by_vibration
-            if asked is None and by_vibration.only_lacks(TIME):
-                resolved = self._resolved(linear, stages.get(TIME), displaced, open_by, tolerance)
+            if asked is None and by_vibration.enough_if_resolved:
+                resolved = self._resolved(linear, stages.get(TIME), tolerance)
                 if resolved:
                     yield from self.candidates(resolved, tolerance, wanted)
                     return
         stepped = finest if shared is None or not displaced else with_large_displacement(linear)[0]
-        small = stepped.exact is not None and stepped.exact.worst <= SETTINGS.max_last_change * wanted
-        if asked is None and small and not _rests(self.plain):
+        almost_exact = stepped.exact is not None and stepped.exact.worst <= SETTINGS.max_last_change * wanted
+        if asked is None and almost_exact and not _rests(self.plain):
             yield self._after_first_steps(stepped, tolerance, wanted, shared, finest)
         self._report(3, "geometrically exact")
         self._announce(first_steps)
@@ -243,8 +243,7 @@ class _Theories(Answers, frozen=True, eq=False, dict=True):
     ) -> Answer:
         """Return the answer after the first steps to the geometrically exact answer.
 
-        `stepped` and `finest` are the solutions after these steps in the discretizations of the linear answer and of
-        `finer`.
+        `stepped` uses the discretization of the linear answer, and `finest` that of `finer`.
         """
         measured, left = self._errors_of_exact(stepped, tolerance, wanted, finer, finest)
         if LARGE in left:
@@ -253,27 +252,11 @@ class _Theories(Answers, frozen=True, eq=False, dict=True):
                 measured, left = errors_by_one_more_step(stepped, left)
         return self.answer(GEOMETRICALLY_EXACT, stepped, measured, left)
 
-    def _resolved(
-        self,
-        linear: Elastodynamic,
-        finer: Elastodynamic | None,
-        displaced: Mapping[str, Elastodynamic],
-        open_by: Mapping[str, float],
-        tolerance: float,
-    ) -> Elastodynamic | None:
-        """Return the vibration in a finer discretization if only the discretization errors of `linear` are too large.
+    def _resolved(self, linear: Elastodynamic, finer: Elastodynamic | None, tolerance: float) -> Elastodynamic | None:
+        """Return the vibration in a finer discretization, or None if this would take long.
 
-        Otherwise return None. Also return None if the finer vibration would take long.
-
-        Parameters
-        ----------
-        finer
-            Result of `finer_solution`, if known.
-        displaced, open_by
-            Results of `_large_displacement`.
+        `finer` is the result of `finer_solution`, if known.
         """
-        if not self.answer(ELASTODYNAMIC, finer or linear, displaced, open_by).enough:
-            return None
         if finer is None and worth_halving(self.scene.mechanism, linear.elements, linear.coordinates, math.inf, 0.0):
             return finer_solution(linear, finer_vibration(linear), tolerance)[0]
         return finer

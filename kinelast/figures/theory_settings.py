@@ -26,7 +26,9 @@ class TheorySettings(Struct, frozen=True):
     max_theory_bound: float = 0.05  # the same for vibration and large displacement
     limits_factor: float = 0.2  # factor on both bounds if results are compared with limits, and in speed maps
     max_requested_bound: float = 1e-4  # largest bound if the user requests an accuracy, not relative to the accuracy
-    negligible_bound: float = 0.02  # smaller bounds on the discretization error of a linear vibration are accepted
+    # below this bound, the discretization error of a linear vibration is not measured, even if `max_requested_bound` is
+    # smaller
+    negligible_bound: float = 0.02
     bound_over_error: float = 4.0  # ratio of the bound on the discretization error to the usual discretization error
     # [1/rad] ratios of the bounds on the effect of large displacement to the largest rotation of a section. The second
     # is that for forces, relative to the largest force in the same member.

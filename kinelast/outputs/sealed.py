@@ -47,7 +47,7 @@ def write_json(path: Path, data: Any) -> None:
 
 
 def json_bytes(data: Any, indent: int = 0) -> bytes:
-    """Return data as strict JSON in UTF-8. Numbers that are nan become null.
+    """Return data as strict JSON in UTF-8. Numbers that are nan or infinite become null.
 
     If a text (e.g. a file name) contains characters that UTF-8 cannot encode, all non-ASCII characters are escaped.
     """
