@@ -36,7 +36,6 @@ if TYPE_CHECKING:
     from fem_check.solid import SolidComparison
     from kinelast.figures.answer import Answer
 
-
 ASKED_FOR = "the quasi-static theory was chosen"
 WORST = {"deflection": "deflection", "axial force": "buckling", "yield": "stress"}
 """For each kind of exceeded limit of the theory, the figure with the exceeding value."""
