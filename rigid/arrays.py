@@ -55,3 +55,9 @@ def distinct(values: Any) -> Numbers:
     """Return the distinct values in ascending order, like `np.unique`, but without the slow import of numpy.ma."""
     ordered = np.sort(np.ravel(values))
     return ordered[np.append(True, ordered[1:] != ordered[:-1])[: len(ordered)]]
+
+
+def without(values: Any, others: Any) -> Numbers:
+    """Return the distinct values that are not in `others`, like `np.setdiff1d`, but without importing numpy.ma."""
+    kept, left_out = distinct(values), {*np.ravel(others).tolist()}
+    return kept[[value not in left_out for value in kept.tolist()]]

@@ -184,16 +184,17 @@ def channel(depth: float, width: float, web: float, flange: float, fillet: float
 def _two_flanges(
     depth: float, width: float, web: float, flange: float, fillet: float, sides: int
 ) -> tuple[float, float, float]:
-    """Return the area, the second moment of area, and the first moment of half of the area of a web with two flanges.
+    """Return the properties of a section with a web and two flanges.
 
-    `sides` is the number of sides of the web with fillets.
+    They are the area, the second moment of area, and the first moment of one half of the section. `sides` is the number
+    of sides of the web with fillets.
     """
     inside = depth - 2 * flange
     round_area, round_inertia, round_place = fillet_area(fillet)
     place = inside / 2 - round_place
     area = 2 * width * flange + inside * web + 2 * sides * round_area
-    own = round_inertia + round_area * place**2
-    inertia = (width * depth**3 - (width - web) * inside**3) / 12 + 2 * sides * own
+    fillet_inertia = round_inertia + round_area * place**2
+    inertia = (width * depth**3 - (width - web) * inside**3) / 12 + 2 * sides * fillet_inertia
     moment = width * flange * (depth - flange) / 2 + web * inside**2 / 8 + sides * round_area * place
     return area, inertia, moment
 

@@ -14,6 +14,7 @@ import numpy as np
 from msgspec import Struct
 
 from elastic.arrays import Matrices
+from elastic.beams.polynomials import gauss_points
 from elastic.beams.section import Section
 from rigid import Beam
 from rigid.arrays import Integers, Reals
@@ -87,13 +88,12 @@ def _unit_shapes(
     inner: int, stretches: bool, bends: bool, slides: bool, points: int
 ) -> tuple[Reals, Reals, tuple[Matrices, ...], tuple[Matrices, ...]]:
     """Return Gauss points, weights, (u, w, phi), and their derivatives, for a beam of length 1."""
-    nodes, weights = np.polynomial.legendre.leggauss(points)
-    xi = (nodes + 1) / 2
+    xi, weights = gauss_points(points)
     rows = _polynomials(inner, stretches, bends, slides)
     evaluate: Any = np.polynomial.polynomial.polyval
     values = tuple(evaluate(xi, row.T).T for row in rows)
     slopes = tuple(evaluate(xi, _derivative(row).T).T for row in rows)
-    return xi, weights / 2, values, slopes
+    return xi, weights, values, slopes
 
 
 def rigidity(section: Section, name: str, xi: Reals) -> Reals:

@@ -12,7 +12,7 @@ from elastic.links.beam_trees import trees_of
 from elastic.links.sliding_blocks import block_places
 from elastic.vibration.mechanism_matrices import VibratingStructure
 from rigid import SINGULAR, Motion, Reals
-from rigid.arrays import Flags, Integers, distinct
+from rigid.arrays import Flags, Integers, without
 from rigid.kinematics import repeated
 
 TOLERANCE = 1e-3
@@ -161,8 +161,7 @@ def _around_minimum(solved: Frequencies, before: float) -> Integers:
     step = max(1, widest // STEP_DIVISOR)
     low, high = position[max(at - 1, 0)], position[min(at + 1, len(omega) - 1)]
     nearby = np.clip(np.rint(vertex) + step * np.arange(-1, 2), low, high).astype(int)
-    known = (nearby[:, None] == position).any(axis=1)
-    return distinct(nearby[~known])
+    return without(nearby, position)
 
 
 def _vertex(places: Reals, values: Reals) -> tuple[float, float]:

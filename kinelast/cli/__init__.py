@@ -11,7 +11,6 @@ def main() -> int:
         gc.disable()  # the import creates many objects, but no garbage
         from kinelast.cli.command import main
 
-        gc.freeze()  # later collections ignore the imported objects
         gc.enable()
         status = main(sys.argv[1:])
     except KeyboardInterrupt:

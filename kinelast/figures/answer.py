@@ -125,34 +125,29 @@ class Answer(Struct, frozen=True, eq=False, dict=True):
         itself. If the user requested an accuracy, all time histories must reach it too. Errors `BETWEEN` that lead to
         `missed_peaks` do not count, because the figures will be evaluated there.
         """
-        if self.unknown or not all(map(self._is_enough, self.main_figures)):
+        if self.unknown:
             return False
+        for each in self.main_figures:
+            left = each.share - each.share_by_motion
+            if self._is_missed(each):
+                left -= each.error.parts[BETWEEN] / each.base
+            accepted = max(self.wanted - left, NEGLIGIBLE_GAIN * self.wanted)
+            if self.accuracy is None and left >= self.wanted:
+                accepted = self.wanted
+            if not each.share_by_motion <= accepted:
+                return False
         return self.accuracy is None or max(self.courses.values(), default=0.0) <= SAFE_SHARE * self.wanted
 
     @property
     def enough_if_resolved(self) -> bool:
         """Whether the answer would be good enough without its discretization error, see `enough`."""
-        figures = (replace(each, error=each.error.without([TIME])) for each in self.main_figures)
-        if self.unknown or not all(map(self._is_enough, figures)):
-            return False
-        if self.accuracy is None:
-            return True
+        figures = [replace(each, error=each.error.without([TIME])) for each in self.main_figures]
         stages, shares = (
             {key: each[key] for key in each if key != TIME} for each in (self.off.stages, self.off.shares)
         )
         off = replace(self.off, stages=stages, shares=shares, forces=0.0)
-        courses = course_errors(self.off.stages.get(TIME, self.cycle), off)
-        return max(courses.values(), default=0.0) <= SAFE_SHARE * self.wanted
-
-    def _is_enough(self, figure: MainFigure) -> bool:
-        """Return whether the error by the theory of motion is small enough in a main figure, see `enough`."""
-        left = figure.share - figure.share_by_motion
-        if self._is_missed(figure):
-            left -= figure.error.parts[BETWEEN] / figure.base
-        accepted = max(self.wanted - left, NEGLIGIBLE_GAIN * self.wanted)
-        if self.accuracy is None and left >= self.wanted:
-            accepted = self.wanted
-        return figure.share_by_motion <= accepted
+        cycle = self.off.stages.get(TIME, self.cycle)
+        return replace(self, cycle=cycle, off=off, main_figures=figures).enough
 
     @property
     def off_by_motion(self) -> float:

@@ -25,10 +25,7 @@ class Between:
 
     @cached_property
     def _motion(self) -> Motion | None:
-        """Return the motion with added instants.
-
-        Return None if these cannot be reached, or if there are too many positions.
-        """
+        """The motion with added instants, or None if it cannot reach them or has too many positions."""
         times, course = self.quasi_static.motion.time, self.quasi_static.scene.course
         if len(times) > MAX_REFINED:
             return None
@@ -39,7 +36,7 @@ class Between:
 
     @cached_property
     def _finer_quasi_static(self) -> Cycle:
-        """Return the quasi-static results at the positions and at the instants between them."""
+        """The quasi-static results at the positions and at the instants between them."""
         assert self._motion is not None
         return self._sampled(self._motion, None)
 

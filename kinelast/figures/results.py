@@ -29,7 +29,7 @@ from kinelast.scene.figure import Limit, drive_words, joint_words
 from kinelast.scene.numbers import coordinate, percent, quantity
 from kinelast.tasks.progress import SILENT, Progress, one_thread
 from rigid import ConstantSpeed, Mechanism, Motion, Reals
-from rigid.arrays import distinct
+from rigid.arrays import distinct, without
 
 if TYPE_CHECKING:
     from fem_check import Comparison, MomentumBalance
@@ -379,8 +379,7 @@ def with_breaks(results: Results, run: RunFigures) -> RunFigures:
     """Return the figures `run`, merged with those just before and after breaks and at added instants of the answer."""
     scene, answer, instants = results.scene, results.answer, results.scene.course.breaks.sides
     if answer:
-        known = {*results.motion.time}
-        instants = distinct([*instants, *(time for time in answer.cycle.motion.time if time not in known)])
+        instants = distinct(np.append(instants, without(answer.cycle.motion.time, results.motion.time)))
     if results.buckles or not len(instants):
         return run
     plain = scene_deflection(scene, scene.course.at(instants))

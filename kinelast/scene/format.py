@@ -3,7 +3,7 @@
 To add a cross-section, add a table here and a function to `elastic.SHAPES`.
 """
 
-# without `from __future__ import annotations`, because msgspec takes long to evaluate texts
+# without `from __future__ import annotations`, because msgspec is slow if annotations are strings
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 import numpy as np

@@ -1,6 +1,6 @@
 """Tables and keys of a scene file: joints, drives, loads, limits, and design studies."""
 
-# without `from __future__ import annotations`, because msgspec takes long to evaluate texts
+# without `from __future__ import annotations`, because msgspec is slow if annotations are strings
 from typing import TYPE_CHECKING, Annotated, Literal
 
 from msgspec import Meta, Struct, field

@@ -30,7 +30,7 @@ class Option(Struct, frozen=True):
     metavar
         Placeholder for the value in the help, such as "N". The placeholder of a switch is empty.
     default
-        Value of the option if the command line does not contain the option.
+        Value of the option if the command line does not contain the option. `options_of` takes it from the field.
     read
         Function that converts the text of an argument to the value. The function raises `OptionError` for an invalid
         text.

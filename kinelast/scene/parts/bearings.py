@@ -22,6 +22,7 @@ from kinelast.scene.tables import Factor, StrictTable
 from machine import joints as formulas
 from machine.joints import JointHistory, JointParts
 from rigid.arrays import Flags, Reals
+from rigid.constants import per_row
 
 if TYPE_CHECKING:
     from elastic import Largest
@@ -287,8 +288,7 @@ def _over_minimum(scene: Scene, shares: Any) -> Any:
     `shares` contains the equivalent load divided by the load rating C.
     """
     kinds = [scene.parts[KEY][name].rolling.kind for name in items_of(scene, ROLLING)]
-    least = np.array([formulas.MIN_LOADS[kind] for kind in kinds])
-    return shares / least.reshape(-1, *(1,) * (np.ndim(shares) - 1))
+    return shares / per_row([formulas.MIN_LOADS[kind] for kind in kinds], np.ndim(shares) - 1, float)
 
 
 def _life_exponents(scene: Scene) -> list[float]:
