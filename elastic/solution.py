@@ -23,13 +23,13 @@ from elastic.links.compatibility import JointGaps, bent_links, compatible_forces
 from elastic.links.configuration import ElasticProblem
 from elastic.links.free_body import resultants
 from elastic.links.sliding_blocks import block_places
-from rigid import SINGULAR, JointForces, Mechanism, MechanismError, Motion, Reals
+from rigid import JointForces, Mechanism, MechanismError, Motion, Reals
 from rigid.arrays import Columns, Complexes, Flags
 from rigid.closures import (
     cancellation_factor,
     displacements,
     greatest_rotation,
-    ill_conditioned,
+    has_no_result,
     loaded_flanks,
     self_stresses,
 )
@@ -151,10 +151,10 @@ class Deflection(Struct, frozen=True, eq=False, dict=True):
         At such a position, either friction locks the mechanism, or a singular position is so close that the result
         would be mere round-off.
         """
-        singular: Flags = np.logical_not(self.motion.condition <= SINGULAR) | self.forces.locked
+        singular: Flags = self.motion.singular | self.forces.locked
         if not self.motion.may_be_singular:
             return singular
-        return singular | ill_conditioned(self.motion, self.condition)
+        return singular | has_no_result(self.motion, self.condition)
 
 
 def deflection(

@@ -8,9 +8,9 @@ import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
-from rigid.arrays import ArrayLike, Columns, Complex, Complexes, Numbers, Reals
+from rigid.arrays import ArrayLike, Columns, Complex, Complexes, Flags, Numbers, Reals
 from rigid.closures.closure import Closure
-from rigid.closures.conditioning import closure_sine, condition_numbers, may_be_singular, without_singular
+from rigid.closures.conditioning import SINGULAR, closure_sine, condition_numbers, may_be_singular, without_singular
 from rigid.closures.displacements import Openings, displacements
 from rigid.decomposition.groups import Structure
 from rigid.decomposition.order import structure
@@ -101,6 +101,11 @@ class Motion(Struct, frozen=True, eq=False, dict=True):
         with np.errstate(all="ignore"):
             worst = reduce(np.maximum, condition_numbers(self, _openings(self)), np.ones(self.columns))
         return np.where(np.isnan(worst) & ~np.isnan(self.sine), np.inf, worst)
+
+    @property
+    def singular(self) -> Flags:
+        """Whether each position is singular or out of reach: `condition` exceeds `rigid.SINGULAR` or is nan."""
+        return np.logical_not(self.condition <= SINGULAR)
 
     @cached_property
     def may_be_singular(self) -> bool:

@@ -17,7 +17,7 @@ from nonlinear import nonlinear_steady_state
 from elastic import Section, sample, with_rotary_inertia
 from elastic.elastodynamics import elastodynamic, geometrically_exact, theory_error
 from fem_check.nonlinear import refined_deflection
-from kinelast.figures.theory_settings import SETTINGS
+from kinelast.figures.theory_settings import THEORY
 from kinelast.runs import computed
 from kinelast.scene.data import GEOMETRICALLY_EXACT
 from kinelast.scene.document import read_scene
@@ -121,7 +121,7 @@ def test_every_field_of_two_ringing_cranks():
         ("end_masses", 0.02),
         pytest.param("end_masses", 0.005, marks=pytest.mark.exhaustive),
         pytest.param("soft_crank", 0.05, marks=pytest.mark.slow),
-        pytest.param("soft_crank", 0.02, marks=pytest.mark.slow),
+        pytest.param("soft_crank", 0.02, marks=pytest.mark.exhaustive),
         pytest.param("snapping_four_bar", 0.05, marks=pytest.mark.slow),
         pytest.param("sprung_four_bar", 0.02, marks=pytest.mark.slow),
     ],
@@ -139,7 +139,7 @@ def test_the_error_of_forces_that_ring_faster_than_deflections(name, accuracy):
 
 def test_the_error_of_an_answer_for_which_a_finer_one_takes_too_long(monkeypatch):
     """A coarser answer measures the error of 0.4 %. Without it, 0.19 % would be estimated."""
-    monkeypatch.setattr("kinelast.figures.theory.SETTINGS", replace(SETTINGS, max_finer_work=0))
+    monkeypatch.setattr("kinelast.figures.theory.THEORY", replace(THEORY, max_finer_work=0))
     off, stated = errors_of_joint_force("end_masses", 0.005)
     assert off < 0.005
     assert 0.7 * off < stated < 2 * off

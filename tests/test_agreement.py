@@ -301,8 +301,8 @@ def test_positions_count_by_one_rule_in_chunks_too(share, monkeypatch):
     scene = scene_from_dict(SHIPPED[0])
     moved = scene.course.at(scene.course.times())
     well = np.quantile(moved.condition, share) if share else 0.5
-    monkeypatch.setattr("kinelast.figures.cycle.WELL", well)
-    monkeypatch.setattr("kinelast.figures.peaks.WELL", well)
+    monkeypatch.setattr("kinelast.figures.cycle.MAX_CONDITION", well)
+    monkeypatch.setattr("kinelast.figures.peaks.MAX_CONDITION", well)
     whole = run_figures(Cycle(scene, moved, tabled=True), None)
     joint = None
     for position, time in enumerate(moved.time):

@@ -183,7 +183,7 @@ def windows(count):
     return Mechanism((ground, *rods, *bars), (PinDrive("rod0", "O0"),), drawing, gravity=-9.81j)
 
 
-@pytest.mark.parametrize("count", [2, pytest.param(6, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("count", [2, pytest.param(6, marks=pytest.mark.exhaustive)])
 def test_falling_windows_bend_by_closed_forms(count):
     """Without effort all links bend like beams on two supports, by transverse weight and inertia."""
     g, EI = 9.81, 50.0

@@ -202,7 +202,7 @@ class TestVerdicts:
         assert worded(said, "limits_unstable").startswith("CANNOT BE JUDGED: ")
         assert "unstable at 460 rad/s" in said
 
-    @pytest.mark.parametrize("requested", in_tiers(["420:500:3", "200:660:10", "200:660:2"], 0, 2))
+    @pytest.mark.parametrize("requested", in_tiers(["420:500:3", "200:660:10", "200:660:2"], 0, 1))
     def test_the_limit_speed_does_not_depend_on_the_speeds_of_the_table(self, requested, answered):
         """A run of 241 speeds gives 456 rad/s."""
         _, said, _ = answered("limit_speed", "--set", "materials.mat.yield=4e9", "--speeds", requested)
@@ -395,11 +395,14 @@ class TestTolerances:
         assert row["sampled"]["high"] == pytest.approx(1311e-6, rel=0.03)
 
     @pytest.mark.slow
-    def test_the_verdict_includes_the_geometric_error(self, answered):
-        _, said, summary = answered("gripper_tolerances", "--tolerances", "--samples", "128")
+    def test_the_verdict_includes_the_geometric_error(self, answered, monkeypatch):
+        monkeypatch.setattr("kinelast.designs.tolerances.INDEX_SAMPLE", 4)  # shares of the variance are not tested here
+        _, said, summary = answered("gripper_tolerances", "--tolerances", "--samples", "32")
         [line] = [line for line in said.splitlines() if "all limits are met by" in line]
-        assert "including geometry, 46 % of machines exceed it" in line
-        assert 0.3 < summary["tolerances"]["limits_kept"]["beyond"] < 0.6
+        [percent] = re.findall(r"including geometry, (\d+) % of machines exceed it", line)
+        share = summary["tolerances"]["limits_kept"]["beyond"]
+        assert 0.3 < share < 0.6
+        assert int(percent) == round(100 * share)
 
 
 class TestMessages:
@@ -653,7 +656,7 @@ class TestLargeDisplacement:
         assert summary["theory"]["name"] == "geometrically-exact"
         assert abs(summary["largest_deflection"]["value"]) == pytest.approx(0.8592, abs=3e-4)
 
-    @pytest.mark.parametrize("accuracy", in_tiers(["0.5 %", "5 %"], 0, 1))
+    @pytest.mark.parametrize("accuracy", in_tiers(["5 %", "0.5 %"], 0, 1))
     def test_a_finer_accuracy_is_no_worse(self, accuracy, answered):
         """Nonlinear finite elements give 58.9 mm; at the quarter points exudyn is 0.3 % below them."""
         _, _, summary = answered("finer_is_worse", "--accuracy", accuracy)

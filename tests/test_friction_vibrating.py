@@ -158,8 +158,7 @@ def test_a_map_of_speeds_includes_friction():
     assert found.values[0] == pytest.approx(np.abs(sample(single.deflection, "w", np.ones(1))).max(), rel=3e-3)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("exact", [False, True])
+@pytest.mark.parametrize("exact", in_tiers([False, True], 0, 1))
 def test_the_drive_supplies_the_heat(exact):
     """The additional mean power is the friction loss; the damping of beams is nearly unchanged."""
     means, heat, greatest_power = [], 0.0, 0.0

@@ -8,10 +8,12 @@ from mechanisms import at_speed, steel_four_bar
 from msgspec.structs import replace
 
 from elastic import Section
-from elastic.elastodynamics import elastodynamic
+from elastic.elastodynamics import elastodynamic, newton
 from elastic.elastodynamics.displaced_links import exact_loads
 from elastic.elastodynamics.exact_residual import from_linear, residual_state, with_updated_foreshortening
 from elastic.elastodynamics.newton import solve_by_newton, tangent
+from kinelast import scene_from_text, scene_motion
+from kinelast.figures.bounds import damping_of
 
 SPEED, STEP = 60.0, 1e-6
 ROUNDS = 12  # of the iteration of the section forces at given displacements
@@ -87,3 +89,46 @@ def test_the_inertia_load_of_small_vibrations(displaced):
     found = from_linear(linear).inertia_load
     np.testing.assert_allclose(found, expected, rtol=0, atol=1e-11 * np.abs(expected).max())
     assert np.abs(found - linear.inertia_load).max() > 0.01 * np.abs(found).max()
+
+
+ARM = """
+materials.steel = {E = "210 GPa", density = 7850}
+sections.upper = {shape = "rectangle", depth = "17 mm", width = "6.3 mm"}
+sections.fore = {shape = "rectangle", depth = "50 mm", width = "41 mm"}
+points = {O = [0.0, 0.0], A = [-0.22, -0.16], B = [-0.53, -0.64]}
+links.ground.points = ["O"]
+links.upper = {points = ["O", "A"], section = "upper", material = "steel"}
+links.fore = {points = ["A", "B"], section = "fore", material = "steel"}
+run = {damping_ratio = 0.06}
+
+[[drives]]
+link = "upper"
+repeat = true
+law = [{curve = "modified-sine", duration = 0.043, by = -0.53}, {curve = "dwell", duration = 0.024},
+       {curve = "modified-sine", duration = 0.043, by = 0.53}, {curve = "dwell", duration = 0.024}]
+
+[[drives]]
+link = "fore"
+on = "upper"
+repeat = true
+law = [{curve = "modified-sine", duration = 0.043, by = 0.33}, {curve = "dwell", duration = 0.024},
+       {curve = "modified-sine", duration = 0.043, by = -0.33}, {curve = "dwell", duration = 0.024}]
+"""
+
+
+def test_the_method_ends_if_further_steps_do_not_help(monkeypatch):
+    """The modes cannot represent the section forces. All twenty steps reduce the error by a third only."""
+    scene = scene_from_text(ARM)
+    given = scene.run.duration, scene.sections, scene.joints, damping_of(scene), 1e-3
+    linear = elastodynamic(scene_motion(scene), scene.course.at, *given, breaks=scene.course.breaks.edges)
+
+    def solved():
+        return solve_by_newton(linear.vibration, 1e-3, linear.discretization.cutoff, from_linear(linear.vibration))
+
+    early = solved()
+    patient = replace(newton.EXACT, max_stalled=99, patience=99)
+    monkeypatch.setattr(newton, "EXACT", patient)
+    late = solved()
+    assert early.steps < patient.max_newton_steps / 2 < late.steps
+    assert late.convergence_error > 0.6 * early.convergence_error > 4e-3
+    assert max(early.errors[:2]) < 1e-3

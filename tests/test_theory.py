@@ -19,7 +19,7 @@ from elastic import deflection, sample
 from elastic.assessment import buckling
 from elastic.elastodynamics import including, transient
 from elastic.elastodynamics.vibration_settings import VIBRATION as VIBRATION_SETTINGS
-from kinelast import read_scene, scene_from_text, shipped_scenes
+from kinelast import read_scene, scene_from_text, scene_motion, shipped_scenes
 from kinelast.cli.command import main
 from kinelast.figures import exact_errors
 from kinelast.figures.advice import exceedance_advice, nearer
@@ -39,13 +39,16 @@ from kinelast.figures.figure_error import (
 )
 from kinelast.figures.main_figures import MainFigure
 from kinelast.figures.report import FurtherCheck
+from kinelast.figures.results import Results
 from kinelast.figures.speeds import speeds
 from kinelast.figures.summary import exceedance_rows, theory_report
-from kinelast.figures.theory_settings import SETTINGS
+from kinelast.figures.theory import _Theories
+from kinelast.figures.theory import answer as answer_of
+from kinelast.figures.theory_settings import THEORY
 from kinelast.figures.trust import findings
 from kinelast.outputs.words import further_checks, reached_words
 from kinelast.runs import computed
-from kinelast.scene.data import ELASTODYNAMIC, GEOMETRICALLY_EXACT, QUASI_STATIC
+from kinelast.scene.data import ELASTODYNAMIC, GEOMETRICALLY_EXACT, QUASI_STATIC, scene_deflection
 from kinelast.scene.error import SceneError
 from kinelast.scene.reading import Reader
 from kinelast.tasks.progress import Progress
@@ -237,6 +240,53 @@ def test_an_exact_answer_whose_iteration_stalled_also_has_the_last_change_of_its
     assert shares == expected
 
 
+def test_an_exact_answer_that_did_not_converge_needs_no_finer_answer(monkeypatch):
+    monkeypatch.setattr("kinelast.figures.theory.errors_of_exact", None)
+    iterate = SimpleNamespace(worst=0.06, change=None)
+    exact = SimpleNamespace(
+        time_error=0.01, reduction_error=0.03, exact=iterate, coarser=None, elements=4, coordinates=2
+    )
+    monkeypatch.setattr(exact_errors, "large_displacement_error", lambda _: 0.06)
+    theories = SimpleNamespace(_worth_measuring=lambda *_: True)
+    assert _Theories._errors_of_exact(theories, exact, 0.001, 0.05, None) == ({}, {TIME: 0.01, LARGE: 0.12})
+
+
+RESONANCE = """
+materials.steel = {E = "210 GPa", density = 7850}
+sections.bar = {shape = "rectangle", depth = "5 mm", width = "8 mm"}
+points = {O = [0.0, 0.0], T = [0.3, 0.0]}
+links.ground.points = ["O"]
+links.bar = {points = ["O", "T"], section = "bar", material = "steel"}
+drives = [{link = "bar", repeat = true, law = [
+    {curve = "harmonic", duration = 0.01115, by = 0.5}, {curve = "harmonic", duration = 0.01115, by = -0.5}]}]
+run = {damping_ratio = 0.002, positions = 24}
+"""
+
+
+@pytest.mark.slow
+def test_a_resonance_is_solved_exactly_although_linear_vibration_is_far_off():
+    """The bar swings almost at its natural frequency, with hardly any damping."""
+    scene = scene_from_text(RESONANCE)
+    linear, answer, fine = (
+        computed(scene, request).answer
+        for request in (Request(theory=ELASTODYNAMIC), Request(), Request(theory=GEOMETRICALLY_EXACT, accuracy=0.005))
+    )
+    linear_tip, tip, fine_tip = (np.abs(sample(each.deflection, "w", [1.0])).max() for each in (linear, answer, fine))
+    assert linear.error > 100
+    assert linear_tip > 4 * fine_tip
+    assert answer.error < 0.05
+    assert tip == pytest.approx(fine_tip, rel=answer.error)
+
+
+def test_a_known_vibration_is_not_solved_again(monkeypatch):
+    scene = scene_at(SLOW, 'theory = "elastodynamic"')
+    plain = Results(scene, scene_deflection(scene, scene_motion(scene)))
+    first = answer_of(plain.cycle, scene.theory, plain.period)
+    monkeypatch.setattr("kinelast.figures.theory._vibrating", None)
+    again = answer_of(plain.cycle, scene.theory, plain.period, known=first.vibrating)
+    assert (again.theory, again.error) == (first.theory, first.error)
+
+
 @pytest.mark.slow
 def test_an_accuracy_is_that_of_all_courses():
     """The ends of Simeon's rod approach each other by bending: twice its stretch, which is not in any graded figure."""
@@ -330,7 +380,7 @@ def test_an_accuracy_that_cannot_be_reached_costs_no_more_than_one_that_nearly_c
 
 
 def test_a_long_exact_answer_is_announced_with_an_option_that_answers_sooner(monkeypatch):
-    monkeypatch.setattr("kinelast.figures.theory.SETTINGS", replace(SETTINGS, long=0.0))
+    monkeypatch.setattr("kinelast.figures.theory.THEORY", replace(THEORY, long=0.0))
     heard = Listener()
     computed(read_scene(shipped_scenes()["utenov_four_bar"]), Request(theory=GEOMETRICALLY_EXACT, positions=12), heard)
     (sentence,) = heard.sentences
@@ -681,7 +731,7 @@ BENT = PRESSED.replace("C = [0.25, 0.0]", "C = [0.25, 0.003]")  # not a straight
 def test_a_rod_buckles_however_it_is_divided(points, beams, force, level):
     """Euler: pi^2 EI/l^2 = 123 N; the loads are below a tenth of it, a quarter, and more than half."""
     text = PRESSED.replace("{points}", points).replace("{beams}", beams).replace("{force}", str(force))
-    found = [one for one, _ in computed(scene_from_text(text), Request()).exceedances if one.kind == "axial force"]
+    found = [one for one, _ in computed(scene_from_text(text), Request()).exceedances if one.kind == "buckling"]
     assert {one.severe for one in found} == (set() if level is None else {level})
     if found:
         assert found[0].figure == pytest.approx(force / (np.pi**2 * 2 / 0.4**2), rel=0.03)
@@ -710,7 +760,7 @@ def test_a_divided_rod_buckles_in_a_long_run_too(tmp_path, monkeypatch):
     (tmp_path / "rod.toml").write_text(text)
     main([str(tmp_path / "rod.toml"), "--quiet", "-o", str(tmp_path / "out")])
     summary = json.loads((tmp_path / "out" / "rod" / "summary.json").read_text())
-    found = [one for one in summary["cautions"] if one["kind"] == "axial force"]
+    found = [one for one in summary["cautions"] if one["kind"] == "buckling"]
     assert {one["level"] for one in found} == {"caution"}
     assert found[0]["figure"] == pytest.approx(100 / (np.pi**2 * 2 / 0.4**2), rel=0.03)
     assert summary["theory"]["name"] == "elastodynamic"

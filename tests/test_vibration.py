@@ -30,6 +30,7 @@ from msgspec.structs import replace
 from elastic import RIGID, JointCompliance, Section, deflection, rectangle, section_of, tapered, with_rotary_inertia
 from elastic.assessment import harmonics, period_of
 from elastic.vibration import natural_frequencies
+from kinelast import read_scene, scene_motion, shipped_scenes
 from rigid import Beam, Gear, Link, Lump, Mechanism, PinDrive, PointLoad, Slider, SliderDrive, motion
 
 LENGTH, EI, MASS = 1.7, 23.0, 0.9
@@ -335,6 +336,22 @@ class TestMechanism:
             one = natural_frequencies(course, [Section(1e6, EI), *case.sections[1:]]).omega
             np.testing.assert_allclose(both[:, design], one, rtol=1e-9)
 
+    def test_the_minimum_is_found_for_each_design(self):
+        """The lowest frequency has a narrow minimum: 24 positions miss it by 1.7 %."""
+        scene = read_scene(shipped_scenes()["quick_return"])
+        course, first, others = scene_motion(scene), scene.sections[0], scene.sections[1:]
+        factors = np.array([[1.0], [0.5]])
+        sections = [replace(first, EI=first.EI * factors), *others]
+        found = natural_frequencies(course, sections, 1, 12, scene.joints, 1e-6, searched=True)
+        coarse = natural_frequencies(course, sections, 1, 24, scene.joints, 1e-6).omega[0].min(axis=-1)
+        lowest = np.nanmin(found.omega[0], axis=-1)
+        for design, factor in enumerate(factors[:, 0]):
+            one = [replace(first, EI=first.EI * factor), *others]
+            expected = natural_frequencies(course, one, 1, len(course.time), scene.joints, 1e-6).omega[0]
+            assert lowest[design] == pytest.approx(expected.min(), rel=1e-6)
+            assert found.position[design, np.nanargmin(found.omega[0, design])] == expected.argmin()
+        assert coarse[0] > 1.01 * lowest[0]
+
     def test_singular_positions_are_nan(self):
         case = steel_four_bar(4)
         out_of_reach = replace(case.mechanism.links[2], points={"A": 0.0, "B": 0.05})
@@ -394,7 +411,6 @@ class TestLargeStructures:
     )
     def test_sparse_modes_equal_dense_modes(self, name, monkeypatch):
         import elastic.vibration.mechanism_matrices as matrices
-        from kinelast import read_scene, scene_motion, shipped_scenes
 
         scene = read_scene(shipped_scenes()[name])
         course = scene_motion(scene, 12)

@@ -18,7 +18,7 @@ from elastic.solution import Deflection
 from rigid import Reals
 from rigid.constants import per_row
 
-KINDS = ("slenderness", "deflection", "axial force", "yield")
+KINDS = ("slenderness", "deflection", "buckling", "yield")
 
 
 class ValidityRange(Struct, frozen=True):
@@ -48,7 +48,7 @@ class ValidityRange(Struct, frozen=True):
 VALIDITY_RANGES = {  # "vibration" limits the total error of a result, see `kinelast.figures.theory`
     "slenderness": ValidityRange(0.03, 0.25),
     "deflection": ValidityRange(0.01, 0.1),
-    "axial force": ValidityRange(0.1, 0.5),
+    "buckling": ValidityRange(0.1, 0.5),
     "yield": ValidityRange(2 / 3, 1.0),
     "vibration": ValidityRange(0.03, 0.25),
 }
@@ -68,8 +68,8 @@ class Exceedance(Struct, frozen=True):
         Index of the position, or None if the figure does not belong to a single position.
     figure
         Ratio of two values, which depend on the kind. "slenderness": deflection that beam theory neglects, relative to
-        the largest deflection from the chord. "deflection": deflection relative to the length of the member. "axial
-        force": compression relative to the Euler load. "yield": von Mises stress relative to the yield stress.
+        the largest deflection from the chord. "deflection": deflection relative to the length of the member.
+        "buckling": load relative to the critical load. "yield": von Mises stress relative to the yield stress.
     limit
         Limit that the figure exceeds: `ValidityRange.beyond` if severe, otherwise `ValidityRange.watch`.
     severe
@@ -97,8 +97,8 @@ def exceedances(
     kinds
         Kinds of figures to check.
     known
-        Results that have already been computed, by key: results of `extremes` for "w" and "mises", and of `euler_ratio`
-        for "euler_ratio".
+        Results that have already been computed, by key: results of `extremes` for "w" and "mises"; for "buckling", the
+        largest load relative to the critical load. By default, this is the compression relative to the Euler load.
 
     Raises
     ------
@@ -110,7 +110,7 @@ def exceedances(
     if not deflection.sections:
         return []
     known = known or {}
-    given = {"deflection": known.get("w"), "yield": known.get("mises"), "axial force": known.get("euler_ratio")}
+    given = {"deflection": known.get("w"), "yield": known.get("mises"), "buckling": known.get("buckling")}
     return [exceeded for kind in kinds for exceeded in _CHECKS[kind](deflection, given.get(kind))]
 
 
@@ -138,10 +138,10 @@ def _deflection(deflection: Deflection, known: Extreme | None) -> Iterator[Excee
     yield from _per_beam("deflection", over_cycle(found), message)
 
 
-def _axial_force(deflection: Deflection, known: Reals | None) -> Iterator[Exceedance]:
+def _buckling(deflection: Deflection, known: Reals | None) -> Iterator[Exceedance]:
     message = "carries {figure} its buckling load in compression"
     ratio = euler_ratio(deflection) if known is None else known
-    yield from _per_beam("axial force", over_cycle(ratio), message)
+    yield from _per_beam("buckling", over_cycle(ratio), message)
 
 
 def _yield(deflection: Deflection, known: Extreme | None) -> Iterator[Exceedance]:
@@ -165,6 +165,6 @@ def _share(figure: float) -> str:
 _CHECKS: Mapping[str, Callable[[Deflection, Any], Iterator[Exceedance]]] = {
     "slenderness": _slender,
     "deflection": _deflection,
-    "axial force": _axial_force,
+    "buckling": _buckling,
     "yield": _yield,
 }

@@ -24,7 +24,7 @@ from elastic.elastodynamics.vibration_settings import VIBRATION
 from elastic.links.beam_trees import trees_of
 from elastic.links.sliding_blocks import block_places
 from elastic.solution import Deflection, deflection
-from rigid import SINGULAR, LineLoad, Mechanism, MechanismError, Motion, PointLoad, Spring, TorsionSpring, with_rates
+from rigid import LineLoad, Mechanism, MechanismError, Motion, PointLoad, Spring, TorsionSpring, with_rates
 from rigid.arrays import Flags, Reals
 
 MotionAt = Callable[[Any], Motion]
@@ -98,9 +98,8 @@ def checked(motion: Motion) -> Motion:
     """
     if len(motion.columns) != 1:
         raise ValueError(f"the motion has several designs (shape {motion.columns}): expected one")
-    bad = ~(motion.condition <= SINGULAR)
-    if bad.any():
-        raise MechanismError(f"the position at {motion.time[bad][0]:.6g} s is singular or out of reach")
+    if motion.singular.any():
+        raise MechanismError(f"the position at {motion.time[motion.singular][0]:.6g} s is singular or out of reach")
     links = trees_of(motion.mechanism)
     for number, (first, *_) in block_places(motion, links).items():
         off = ~np.isfinite(np.broadcast_to(first.xi, motion.columns))

@@ -89,12 +89,14 @@ class ExactIterate(Struct, frozen=True, eq=False, dict=True):
         return float((np.maximum(*errors) / reference).max(initial=0.0))
 
     @property
-    def convergence_error(self) -> float:
-        """Error that is compared with the tolerance.
+    def errors(self) -> tuple[float, float, float]:
+        """Errors of all displacements, of single beams and of section forces, weighted for a common tolerance."""
+        return self.relative_error, self.worst / BEAM_TOLERANCE_RATIO, self.force_residual / FORCE_TOLERANCE_RATIO
 
-        It includes the errors of single beams and of section forces, with less weight.
-        """
-        return max(self.relative_error, self.worst / BEAM_TOLERANCE_RATIO, self.force_residual / FORCE_TOLERANCE_RATIO)
+    @property
+    def convergence_error(self) -> float:
+        """Error that is compared with the tolerance: the largest of `errors`."""
+        return max(self.errors)
 
     def finer_tolerance(self, tolerance: float) -> float:
         """Return the tolerance for a finer solution that is used to measure the error of this solution.

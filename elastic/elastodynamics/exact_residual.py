@@ -17,7 +17,7 @@ from elastic.elastodynamics.correction import displacements_of, inertia_load
 from elastic.elastodynamics.displaced_links import Displaced, ExactLoads
 from elastic.elastodynamics.displacements import Displacements
 from elastic.elastodynamics.exact_iterate import TINY
-from elastic.elastodynamics.exact_settings import SETTINGS
+from elastic.elastodynamics.exact_settings import EXACT
 from elastic.elastodynamics.reduced_vibration import Vibration
 from elastic.elastodynamics.strains import rigidities, strain_forces, strain_rows
 from elastic.elastodynamics.vibration_loads import ResidualResponse, resampled
@@ -200,7 +200,7 @@ class ResidualState(Struct, frozen=True, eq=False, dict=True):
             np.abs(each.beams[1:]).max(initial=0.0) for each in (by_load, self.change - unrepresented, unrepresented)
         )
         return bool(
-            represented > SETTINGS.max_represented_ratio * rest and disturbance > SETTINGS.max_disturbance * represented
+            represented > EXACT.max_represented_ratio * rest and disturbance > EXACT.max_disturbance * represented
         )
 
 

@@ -9,15 +9,17 @@ class ExactSettings(Struct, frozen=True):
     Changes, residuals, convergence errors and tolerances are relative to the largest displacement.
     """
 
-    # steps with equations that are linearized about the rigid motion
-    max_steps: int = 30  # maximum number of steps
-    max_steps_with_friction: int = 50  # maximum number of steps with Coulomb friction
+    # all steps, also those of Newton's method
     max_mixed: int = 5  # maximum number of previous steps that are combined with the last step (Anderson mixing)
     # the iteration ends if the convergence error exceeds the smallest so far by this factor; not with stiff friction
     max_growth: float = 10.0
     # the iteration ends if `patience` steps leave more than the fraction `min_progress` of the convergence error
     patience: int = 6
     min_progress: float = 0.3
+
+    # steps with equations that are linearized about the rigid motion
+    max_steps: int = 30  # maximum number of steps
+    max_steps_with_friction: int = 50  # maximum number of steps with Coulomb friction
     # friction is stiff if the change in a step exceeds this multiple of the change in the step before
     max_ratio: float = 0.5
     # initial creep rate, relative to the final one; at sliding rates below the creep rate, friction is about viscous
@@ -45,9 +47,11 @@ class ExactSettings(Struct, frozen=True):
     max_disturbance: float = 0.1
     # the operator (tangent equations) is reused if a step leaves at most this fraction of the residual
     max_reuse_ratio: float = 0.2
-    # A step at full load has stalled if the residual is still more than `stall_ratio` times the residual before the
-    # step, and the change in the step is below `filtered_change` times the residual. The coordinates cannot represent
-    # such a residual. The method ends after `max_stalled` such steps in succession.
+    # A step at full load has stalled in two cases: it changes no error above the tolerance by more than the fraction
+    # `stalled_change`; or the residual is still more than `stall_ratio` times the residual before the step, and the
+    # change in the step is below `filtered_change` times the residual. The coordinates cannot represent such a
+    # residual. The method ends after `max_stalled` stalled steps in succession.
+    stalled_change: float = 0.1
     stall_ratio: float = 0.7
     filtered_change: float = 0.3
     max_stalled: int = 2
@@ -70,4 +74,4 @@ class ExactSettings(Struct, frozen=True):
     partial_load_tolerance: float = 1e-2  # largest accepted change in the last step at partial loads
 
 
-SETTINGS = ExactSettings()
+EXACT = ExactSettings()

@@ -22,7 +22,7 @@ from msgspec.structs import replace
 from elastic.elastodynamics.displaced_links import Displaced, ExactLoads, exact_loads
 from elastic.elastodynamics.exact_iterate import ExactIterate, Sliding, compared_displacements
 from elastic.elastodynamics.exact_residual import Response, from_linear, mixed, residual_state, stepped
-from elastic.elastodynamics.exact_settings import SETTINGS
+from elastic.elastodynamics.exact_settings import EXACT
 from elastic.elastodynamics.newton import solve_by_newton, without_residual
 from elastic.elastodynamics.point_effects import sliding_components
 from elastic.elastodynamics.reduced_vibration import Vibration
@@ -84,7 +84,7 @@ def solve_exact(
         for start in (without_residual(guess), guess):
             iterate = solve_by_newton(linear, tolerance, cutoff, start)
             iterates += [iterate] if iterate else []
-            if iterate and iterate.convergence_error <= SETTINGS.max_restart_ratio * tolerance:
+            if iterate and iterate.convergence_error <= EXACT.max_restart_ratio * tolerance:
                 break
         if iterates:
             return min(iterates, key=lambda each: each.convergence_error)
@@ -92,7 +92,7 @@ def solve_exact(
     best = _by_linear_steps(linear, tolerance, cutoff, loads_of, sliding, guess)
     if best.convergence_error <= tolerance or loads_of is not exact_loads or has_dry_friction(linear.motion.mechanism):
         return best
-    newton_guess = best.displaced if best.convergence_error < SETTINGS.newton_from else None
+    newton_guess = best.displaced if best.convergence_error < EXACT.newton_from else None
     iterate = solve_by_newton(linear, tolerance, cutoff, newton_guess)
     return iterate if iterate is not None and iterate.convergence_error < best.convergence_error else best
 
@@ -111,7 +111,7 @@ def _by_linear_steps(
     before: list[tuple[Displaced, Complexes]] = []
     best: ExactIterate | None = None
     stiff_friction, smoothing, dry_friction = False, 1.0, has_dry_friction(linear.motion.mechanism)
-    for count in range(1, (SETTINGS.max_steps_with_friction if dry_friction else SETTINGS.max_steps) + 1):
+    for count in range(1, (EXACT.max_steps_with_friction if dry_friction else EXACT.max_steps) + 1):
         loads = loads_of(now)
         loads = _with_friction_rates(loads, sliding if sliding and count == 1 else loads.added.sliding, smoothing)
         residual = residual_state(now, loads)
@@ -127,25 +127,23 @@ def _by_linear_steps(
             forces,
         )
         size = float(np.abs(change).max(initial=0.0))
-        if best and not stiff_friction and not iterate.convergence_error < SETTINGS.max_growth * best.convergence_error:
+        if best and not stiff_friction and not iterate.convergence_error < EXACT.max_growth * best.convergence_error:
             break
         if best is None or iterate.convergence_error < best.convergence_error or smoothing > 1.0:
             best = iterate
         least = min(least, best.convergence_error) if count == 1 else least
         if (best.convergence_error <= tolerance and smoothing <= 1.0) or not np.isfinite(size):
             break
-        if not dry_friction and count % SETTINGS.patience == 0:
-            if not best.convergence_error < SETTINGS.min_progress * least:
+        if not dry_friction and count % EXACT.patience == 0:
+            if not best.convergence_error < EXACT.min_progress * least:
                 break
             least = best.convergence_error
-        if bent.forces.friction and (stiff_friction or sliding or size > SETTINGS.max_ratio * last):
-            smoothing = (
-                max(smoothing / SETTINGS.creep_ratio, 1.0) if stiff_friction or sliding else SETTINGS.first_creep
-            )
+        if bent.forces.friction and (stiff_friction or sliding or size > EXACT.max_ratio * last):
+            smoothing = max(smoothing / EXACT.creep_ratio, 1.0) if stiff_friction or sliding else EXACT.first_creep
             response = _response_with_viscous_friction(linear, bent, loads.added.sliding)
             stiff_friction, before = True, []
         last = size
-        before = [*before[-SETTINGS.max_mixed :], (after, change)]
+        before = [*before[-EXACT.max_mixed :], (after, change)]
         now = mixed(before)
     assert best is not None
     return best
@@ -177,20 +175,20 @@ def first_steps(linear: Vibration, cutoff: float) -> tuple[ExactIterate, float]:
     before: list[tuple[Displaced, Complexes]] = []
     best: ExactIterate | None = None
     least = np.inf
-    for count in range(1, SETTINGS.max_first_steps + 1):
+    for count in range(1, EXACT.max_first_steps + 1):
         after, residual = _step(now, cutoff)
         change = compared_displacements(after.moved) - compared_displacements(now.moved)
         size = ExactIterate(now, change, residual, count).convergence_error
         accepted_remainder = accepted_remainder or max(
-            min(SETTINGS.first_step_share * size, SETTINGS.max_first_remainder), SETTINGS.min_first_remainder
+            min(EXACT.first_step_share * size, EXACT.max_first_remainder), EXACT.min_first_remainder
         )
         if best is None or size < least:
             best, least = ExactIterate(after, change, residual, count), size
-        if size <= (SETTINGS.negligible_first_step if count == 1 else accepted_remainder):
+        if size <= (EXACT.negligible_first_step if count == 1 else accepted_remainder):
             return best, 0.0
-        if not size < SETTINGS.max_growth * least:
+        if not size < EXACT.max_growth * least:
             break
-        before = [*before[-SETTINGS.max_mixed :], (after, change)]
+        before = [*before[-EXACT.max_mixed :], (after, change)]
         now = mixed(before)
     assert best is not None
     return best, least

@@ -28,7 +28,7 @@ from elastic.elastodynamics.exact_residual import (
     summed,
     with_updated_foreshortening,
 )
-from elastic.elastodynamics.exact_settings import SETTINGS
+from elastic.elastodynamics.exact_settings import EXACT
 from elastic.elastodynamics.foreshortening import foreshortening
 from elastic.elastodynamics.reduced_vibration import Vibration
 from elastic.elastodynamics.time_elements import propagation
@@ -49,11 +49,11 @@ def solve_by_newton(linear: Vibration, tolerance: float, cutoff: float, guess: D
     """
     with np.errstate(over="ignore", invalid="ignore"):
         rigid_loads_state = deflection_state(linear, linear.quasi_static)
-        cutoff = SETTINGS.newton_cutoff_ratio * cutoff
+        cutoff = EXACT.newton_cutoff_ratio * cutoff
         if guess is not None:
             iterate = _at_load_level(_with_foreshortening(guess), 1.0, rigid_loads_state, tolerance, cutoff)
             if iterate is not None and (
-                iterate.relative_change < SETTINGS.partial_load_tolerance or guess.foreshortening is not None
+                iterate.relative_change < EXACT.partial_load_tolerance or guess.foreshortening is not None
             ):
                 return iterate
         return _loaded_in_steps(_with_foreshortening(from_linear(linear)), rigid_loads_state, tolerance, cutoff)
@@ -90,21 +90,21 @@ def _loaded_in_steps(
     first: Displaced, rigid_loads_state: DeflectionState, tolerance: float, cutoff: float
 ) -> ExactIterate | None:
     """Solve with loads that increase from zero to full load, or return None if the smallest load step fails."""
-    share, step = 0.0, SETTINGS.first_load_share
+    share, step = 0.0, EXACT.first_load_share
     now, before = _scaled(first, 0.0), None
-    while step >= SETTINGS.min_load_step:
+    while step >= EXACT.min_load_step:
         following = min(1.0, share + step)
         guess = _scaled(first, following) if before is None else _extrapolated(before, (share, now), following)
-        level_tolerance = tolerance if following == 1.0 else SETTINGS.partial_load_tolerance
+        level_tolerance = tolerance if following == 1.0 else EXACT.partial_load_tolerance
         iterate = _at_load_level(guess, following, rigid_loads_state, level_tolerance, cutoff)
-        if iterate is not None and following == 1.0 and iterate.convergence_error < SETTINGS.newton_from:
+        if iterate is not None and following == 1.0 and iterate.convergence_error < EXACT.newton_from:
             return iterate
-        if iterate is None or not iterate.relative_change < SETTINGS.partial_load_tolerance:
+        if iterate is None or not iterate.relative_change < EXACT.partial_load_tolerance:
             step /= 2
             continue
         before, share, now = (share, now), following, iterate.displaced
-        if iterate.steps <= SETTINGS.quick_steps:
-            step *= SETTINGS.load_step_growth
+        if iterate.steps <= EXACT.quick_steps:
+            step *= EXACT.load_step_growth
     return None
 
 
@@ -122,14 +122,15 @@ def _at_load_level(
 ) -> ExactIterate | None:
     """Solve under the fraction `share` of the loads of the rigid motion.
 
-    Return the iterate with the smallest convergence error, or None if the first step fails.
+    Return the iterate with the smallest sum of errors, or None if the first step fails.
     """
-    now, least, residual, stalled_count = guess, np.inf, np.inf, 0
+    now, least, stalled_count = guess, np.inf, 0
     operator: Vibration | None = None
     best: ExactIterate | None = None
+    last: ExactIterate | None = None
     separate = False
     similar_steps: list[tuple[Displaced, Complexes]] = []  # with the same operator and the same kind of correction
-    for count in range(1, SETTINGS.max_newton_steps + 1):
+    for count in range(1, EXACT.max_newton_steps + 1):
         try:
             state = _with_equilibrium_forces(now, share, rigid_loads_state, tolerance)
             if operator is None:
@@ -140,36 +141,47 @@ def _at_load_level(
         change = compared_displacements(after.moved) - compared_displacements(state.now.moved)
         residual_now = compared_displacements(state.change)
         iterate = ExactIterate(state.now, change, residual_now, count, force_residual=state.force_residual)
-        best = iterate if best is None or iterate.convergence_error < best.convergence_error else best
-        done = iterate.convergence_error if share == 1.0 else iterate.relative_change
-        before, residual = residual, iterate.relative_residual
-        filtered = share == 1.0 and iterate.relative_change < SETTINGS.filtered_change * residual
-        stalled_count = stalled_count + 1 if filtered and residual > SETTINGS.stall_ratio * before else 0
-        diverged = not iterate.convergence_error < SETTINGS.max_growth * best.convergence_error
-        if done <= tolerance or stalled_count == SETTINGS.max_stalled or diverged:
+        stalled = last is not None and share == 1.0 and _is_stalled(iterate, last, tolerance)
+        stalled_count = stalled_count + 1 if stalled else 0
+        best = iterate if best is None or sum(iterate.errors) < sum(best.errors) else best
+        error = iterate.convergence_error if share == 1.0 else iterate.relative_change
+        diverged = not iterate.convergence_error < EXACT.max_growth * best.convergence_error
+        if error <= tolerance or stalled_count == EXACT.max_stalled or diverged:
             break
-        if count % SETTINGS.patience == 0:
-            if not best.convergence_error < SETTINGS.min_progress * least:
+        if count % EXACT.patience == 0:
+            if not best.convergence_error < EXACT.min_progress * least:
                 break
             least = best.convergence_error
-        if residual > SETTINGS.max_reuse_ratio * before:
+        if last is not None and iterate.relative_residual > EXACT.max_reuse_ratio * last.relative_residual:
             operator = None
+        last = iterate
         was_separate, separate = separate, after.residual is state.now.residual
-        similar_steps = similar_steps[-SETTINGS.max_mixed :] if separate == was_separate else []
+        similar_steps = similar_steps[-EXACT.max_mixed :] if separate == was_separate else []
         similar_steps.append((after, change))
         now = mixed(similar_steps)
     return best
+
+
+def _is_stalled(now: ExactIterate, before: ExactIterate, tolerance: float) -> bool:
+    """Return whether a step hardly changed the errors above the tolerance, see `ExactSettings.max_stalled`."""
+    residual = now.relative_residual
+    filtered = now.relative_change < EXACT.filtered_change * residual
+    if filtered and residual > EXACT.stall_ratio * before.relative_residual:
+        return True
+    errors, errors_before = np.array(now.errors), np.array(before.errors)
+    same = np.abs(errors - errors_before) < EXACT.stalled_change * errors_before
+    return bool((same | (errors <= tolerance)).all())
 
 
 def _with_equilibrium_forces(
     now: Displaced, share: float, rigid_loads_state: DeflectionState, tolerance: float
 ) -> ResidualState:
     """Iterate the section forces with constant displacements and inertia, and return the resulting residual."""
-    for _ in range(SETTINGS.max_force_iterations):
+    for _ in range(EXACT.max_force_iterations):
         solution = residual_state(now, exact_loads(now), rigid_loads_state, share)
         state = solution.state
         change = float(np.abs(state.force - now.force).max(initial=0.0))
-        limit = SETTINGS.force_tolerance_ratio * tolerance * float(np.abs(state.force).max(initial=TINY))
+        limit = EXACT.force_tolerance_ratio * tolerance * float(np.abs(state.force).max(initial=TINY))
         if change <= limit:
             break
         now = now.with_forces(state.force, state.joints, state.moments)

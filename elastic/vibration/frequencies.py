@@ -11,7 +11,7 @@ from elastic.beams.section import JointCompliance, Section
 from elastic.links.beam_trees import trees_of
 from elastic.links.sliding_blocks import block_places
 from elastic.vibration.mechanism_matrices import VibratingStructure
-from rigid import SINGULAR, Motion, Reals
+from rigid import Motion, Reals
 from rigid.arrays import Flags, Integers, without
 from rigid.kinematics import repeated
 
@@ -34,7 +34,8 @@ class Frequencies(Struct, frozen=True, eq=False):
         Natural frequencies in ascending order [rad/s], shape (modes, ..., positions). They are nan at singular
         positions, and inf if there are fewer modes.
     position
-        Indices of the selected positions in the motion.
+        Indices of the selected positions in the motion, shape (positions,). If minima of several designs were searched,
+        the shape is (designs, positions), and rows with fewer positions end with -1; `omega` is nan there.
     change
         Largest relative change in a frequency due to the last refinement.
     inner
@@ -84,7 +85,7 @@ def natural_frequencies(
         Number of designs to compute, starting with the first; by default all.
     searched
         True to add positions until the minimum of the lowest frequency over the motion is known to a relative error of
-        `TOLERANCE`. This has no effect with several designs.
+        `tolerance`.
 
     Examples
     --------
@@ -103,27 +104,29 @@ def natural_frequencies(
     count = motion.columns[-1]
     chosen = np.linspace(0, count - 1, min(positions, count)).round().astype(int)
     rows = range(motion.columns[0] if len(motion.columns) > 1 else 1)[:designs]
-    with_structures = [
-        _design_frequencies(motion, sections, modes, chosen, joints or {}, row, tolerance) for row in rows
-    ]
-    solved = [frequencies for frequencies, _ in with_structures]
+    solved = []
+    for row in rows:
+        found, structure = _design_frequencies(motion, sections, modes, chosen, joints or {}, row, tolerance)
+        solved.append(_with_minimum(motion, found, structure, row, tolerance) if searched and structure else found)
     if len(motion.columns) == 1:
-        return _with_minimum(motion, *with_structures[0]) if searched else solved[0]
-    omega, change = np.stack([each.omega for each in solved], axis=1), max(each.change for each in solved)
-    return Frequencies(omega, chosen, change, max(each.inner for each in solved))
+        return solved[0]
+    size = max(len(each.position) for each in solved)
+    omega, position = np.full((modes, len(solved), size), np.nan), np.full((len(solved), size), -1)
+    for row, each in enumerate(solved):
+        count = len(each.position)
+        omega[:, row, :count], position[row, :count] = each.omega, each.position
+    position = position if searched else chosen
+    return Frequencies(omega, position, max(each.change for each in solved), max(each.inner for each in solved))
 
 
-def _with_minimum(motion: Motion, solved: Frequencies, structure: VibratingStructure | None) -> Frequencies:
-    """Add positions around the minimum of the lowest frequency until this minimum is known to `TOLERANCE`.
-
-    `structure` is None if all positions are singular.
-    """
-    if structure is None:
-        return solved
+def _with_minimum(
+    motion: Motion, solved: Frequencies, structure: VibratingStructure, design: int, tolerance: float
+) -> Frequencies:
+    """Add positions around the minimum of the lowest frequency of a design until this minimum is known."""
     before = np.inf
     for _ in range(MAX_ROUNDS):
-        more = _around_minimum(solved, before)
-        more = more[_regular(motion, more, 0)]
+        more = _around_minimum(solved, before, tolerance)
+        more = more[_regular(motion, more, design)]
         if not len(more):
             break
         before = solved.lowest
@@ -135,15 +138,17 @@ def _with_minimum(motion: Motion, solved: Frequencies, structure: VibratingStruc
     return solved
 
 
-def _around_minimum(solved: Frequencies, before: float) -> Integers:
+def _around_minimum(solved: Frequencies, before: float, tolerance: float) -> Integers:
     """Return additional positions near the minimum of the lowest frequency.
 
-    The result is empty if the minimum is known to `TOLERANCE`.
+    The result is empty if the minimum is known.
 
     Parameters
     ----------
     before
         Minimum before positions were last added; infinite in the first round.
+    tolerance
+        Accepted relative error of the minimum.
     """
     none, known = np.zeros(0, int), np.isfinite(solved.omega[0])
     position, omega = solved.position[known], solved.omega[0][known]
@@ -156,7 +161,7 @@ def _around_minimum(solved: Frequencies, before: float) -> Integers:
     if len(sides) == 2:
         vertex, gain = _vertex(position[at - 1 : at + 2].astype(float), omega[at - 1 : at + 2])
     rise = max(float(omega[side] - omega[at]) for side in sides)
-    if widest == 1 or rise < TOLERANCE * omega[at] or max(gain, before - omega[at]) < TOLERANCE / 2 * omega[at]:
+    if widest == 1 or rise < tolerance * omega[at] or max(gain, before - omega[at]) < tolerance / 2 * omega[at]:
         return none
     step = max(1, widest // STEP_DIVISOR)
     low, high = position[max(at - 1, 0)], position[min(at + 1, len(omega) - 1)]
@@ -176,11 +181,11 @@ def _vertex(places: Reals, values: Reals) -> tuple[float, float]:
 
 def _regular(motion: Motion, chosen: Integers, design: int) -> Flags:
     """Return for each chosen position whether it is not singular and all blocks are on their beams."""
-    condition = np.atleast_2d(motion.condition)[design, chosen]
+    singular = np.atleast_2d(motion.singular)[design, chosen]
     carried = np.ones(len(chosen), bool)
     for first, *_ in block_places(motion, trees_of(motion.mechanism)).values():
         carried &= np.isfinite(np.atleast_2d(np.broadcast_to(first.xi, motion.columns))[design, chosen])
-    regular: Flags = (condition <= SINGULAR) & carried
+    regular: Flags = ~singular & carried
     return regular
 
 

@@ -1,4 +1,4 @@
-"""Terminal interface of the command `deflection-report`: command-line arguments, printed text, and progress."""
+"""Terminal interface of the command `deflection-report`: options, output streams, and progress."""
 
 import argparse
 import os

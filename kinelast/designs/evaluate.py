@@ -20,7 +20,7 @@ from kinelast.scene.document import Document, Tables, document_of
 from kinelast.scene.error import SceneError
 from kinelast.scene.figure import Figure
 from kinelast.tasks.progress import SILENT, Progress
-from rigid import SINGULAR, MechanismError, Reals, TableError, posture
+from rigid import MechanismError, Reals, TableError, posture
 from rigid.arrays import Integers
 from rigid.chunks import columns_of
 from rigid.positions import select_designs
@@ -270,7 +270,7 @@ def _reasons(cycle: Cycle) -> Words:
         number, beam = motion.mechanism.beams[block.beam]
         link = motion.mechanism.links[number].name
         reason[off & (reason == "")] = f'a block on "{link}" leaves the beam "{beam.start}"-"{beam.end}"'
-    lost = ~(cycle.condition <= SINGULAR) if bent is None else bent.lost
+    lost = np.broadcast_to(cycle.motion.singular, cycle.columns) if bent is None else bent.lost
     reason[(reason == "") & lost.all(axis=-1)] = "singular at every position"
     return reason
 

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 MIN_ACCURACY = 1e-4  # smallest `accuracy` that a message suggests
 MEASURE = "Run with --check solid to measure the error of beam theory"
-EXCEEDANCES = {"axial force": "Make it thicker or shorter", "yield": "Make it thicker, or of a stronger material"}
+EXCEEDANCES = {"buckling": "Make it thicker or shorter", "yield": "Make it thicker, or of a stronger material"}
 """Advice by kind of exceeded limit of the theory."""
 
 

@@ -22,7 +22,7 @@ from kinelast.figures.main_figures import MainFigure, main_figures_of
 from kinelast.figures.measures import magnitudes
 from kinelast.figures.output import output_of
 from kinelast.figures.registry import figures_of
-from kinelast.figures.theory_settings import SETTINGS
+from kinelast.figures.theory_settings import THEORY
 from kinelast.scene.data import GEOMETRICALLY_EXACT, QUASI_STATIC, Scene, Theory
 from kinelast.scene.figure import Figure
 
@@ -82,7 +82,7 @@ class Answers(Struct, frozen=True, eq=False, dict=True):
         If an accuracy is requested, the bound also covers the forces, relative to the largest force in the same member.
         """
         requested = self.theory.accuracy is not None
-        per_rotation = SETTINGS.force_bound_per_rotation if requested else SETTINGS.bound_per_rotation
+        per_rotation = THEORY.force_bound_per_rotation if requested else THEORY.bound_per_rotation
         return per_rotation * largest_rotation(self.cycle(bent))
 
     def answer(

@@ -7,16 +7,16 @@ import numpy as np
 from elastic.assessment import vibration_bound
 from elastic.elastodynamics import Damping
 from kinelast.figures.cycle import Cycle
-from kinelast.figures.theory_settings import SETTINGS
+from kinelast.figures.theory_settings import THEORY
 from kinelast.scene.data import Scene
 
 
-def accepted_bound(accuracy: float, judged: bool, share: float = SETTINGS.max_discretization_bound) -> float:
+def accepted_bound(accuracy: float, judged: bool, share: float = THEORY.max_discretization_bound) -> float:
     """Return the largest error bound that is accepted without measuring the error.
 
     `judged` is true if results are compared with limits or used by a speed map. The accepted bound is then smaller.
     """
-    return share * (SETTINGS.limits_factor if judged else 1.0) * accuracy
+    return share * (THEORY.limits_factor if judged else 1.0) * accuracy
 
 
 def damping_of(scene: Scene) -> Damping:
@@ -31,7 +31,7 @@ def bound_of_vibration(cycle: Cycle, period: float) -> float:
     if not math.isfinite(period) or course.stops or len(course.breaks.sides) or scene.mechanism.friction:
         return math.inf
     frequencies = cycle.frequencies
-    if frequencies is None or cycle.singular.any():
+    if frequencies is None or cycle.lost.any():
         return math.inf
     ratio = float(np.max(cycle.buckling_ratio.value, initial=0.0))
     return vibration_bound(cycle.deflection, period, frequencies.lowest, damping_of(scene), ratio)

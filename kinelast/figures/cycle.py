@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 Result = TypeVar("Result")
 EXTREME_FIELDS = tuple(key for key, each in FIELDS.items() if each.main and each.kind is not elastic.FieldKind.LOAD)
-WELL = 1e6  # ill-conditioned positions, with a larger condition number, are excluded from largest values
+MAX_CONDITION = 1e6  # ill-conditioned positions, with a larger condition number, are excluded from largest values
 STATIONS = 15  # number of locations along a beam at which the results of two theories are compared
 AT_STATIONS = np.linspace(0.0, 1.0, STATIONS)
 INSTANTS = 12  # number of positions at which natural frequencies are computed, in addition to some around the minimum
@@ -163,7 +163,7 @@ class Cycle:
         return np.broadcast_to(self.motion.condition, self.columns)
 
     @cached_property
-    def singular(self) -> Flags:
+    def lost(self) -> Flags:
         """Whether a position has no figures because it is singular or friction may lock, shape (..., positions)."""
         return np.broadcast_to(self.deflection.lost, self.columns)
 
@@ -171,13 +171,13 @@ class Cycle:
     def counted(self) -> Flags:
         """Whether a position is included in largest values, shape (..., positions).
 
-        A position is included if its condition number is at most `WELL`. If there is no such position, all positions
-        that are not singular are included.
+        A position is included if its condition number is at most `MAX_CONDITION`. If there is no such position, all
+        positions that are not singular are included.
         """
-        well = self.condition <= WELL
+        well = self.condition <= MAX_CONDITION
         if self.scene.mechanism.friction:
-            well = well & ~self.singular
-        return well if well.all() else np.where(well.any(axis=-1, keepdims=True), well, ~self.singular)
+            well = well & ~self.lost
+        return well if well.all() else np.where(well.any(axis=-1, keepdims=True), well, ~self.lost)
 
     @cached_property
     def counted_if_any(self) -> Flags | None:
@@ -195,7 +195,7 @@ class Cycle:
     @cached_property
     def well_conditioned(self) -> Deflection:
         """The deflection, with nan at positions that are excluded from largest values."""
-        left_out = ~self.singular & ~self.counted
+        left_out = ~self.lost & ~self.counted
         return elastic.without_positions(self.deflection, left_out) if left_out.any() else self.deflection
 
     def largest(self, values: Any) -> Largest:
@@ -314,8 +314,8 @@ class Cycle:
             return self.frequencies.omega[0]
         from elastic.vibration import natural_frequencies
 
-        given = self.motion, self.scene.sections
-        solved = natural_frequencies(*given, 1, joints=self.scene.joints, tolerance=SETTLED, designs=self.used).omega[0]
+        given = self.motion, self.scene.sections, 1, INSTANTS, self.scene.joints, SETTLED, self.used
+        solved = natural_frequencies(*given, searched=True).omega[0]
         lowest = np.full((*self.columns[:-1], solved.shape[-1]), np.nan)
         lowest[: len(solved)] = solved
         return lowest

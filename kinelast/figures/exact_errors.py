@@ -13,15 +13,15 @@ from elastic.elastodynamics import (
     with_one_more_step,
 )
 from kinelast.figures.figure_error import HIGHER_ORDERS, LARGE, TIME
-from kinelast.figures.theory_settings import SETTINGS
+from kinelast.figures.theory_settings import THEORY
 
 Errors = tuple[dict[str, Elastodynamic], dict[str, float]]  # corrected answers (or a coarser one), and relative errors
 
 
 def estimated_errors_of_exact(exact: Elastodynamic) -> dict[str, float]:
     """Estimate the relative errors of an exact answer from its own convergence, without another answer."""
-    discretized = (exact.time_error + exact.reduction_error) / SETTINGS.bound_over_error
-    return {TIME: discretized, LARGE: SETTINGS.error_over_change * large_displacement_error(exact)}
+    discretized = (exact.time_error + exact.reduction_error) / THEORY.bound_over_error
+    return {TIME: discretized, LARGE: THEORY.error_over_change * large_displacement_error(exact)}
 
 
 def errors_by_coarser(exact: Elastodynamic) -> Errors:
@@ -59,11 +59,11 @@ def errors_of_exact(
     finer = finer or finer_vibration(exact)
     after, left = finer_solution(exact, finer, exact.exact.finer_tolerance(tolerance), begun)
     worst = exact.exact.worst
-    if left > SETTINGS.max_finer_error * max(tolerance, worst):
+    if left > THEORY.max_finer_error * max(tolerance, worst):
         return {}, estimated_errors_of_exact(exact)
-    if left > max(tolerance, SETTINGS.max_converged_ratio * worst):
-        return {TIME: after}, {LARGE: SETTINGS.error_over_change * max(worst, left)}
-    return {TIME: after}, {LARGE: left} if exact.exact.convergence_error > SETTINGS.stalled * tolerance else {}
+    if left > max(tolerance, THEORY.max_converged_ratio * worst):
+        return {TIME: after}, {LARGE: THEORY.error_over_change * max(worst, left)}
+    return {TIME: after}, {LARGE: left} if exact.exact.convergence_error > THEORY.stalled * tolerance else {}
 
 
 def errors_by_one_more_step(stepped: Elastodynamic, left: dict[str, float]) -> Errors:
@@ -77,4 +77,4 @@ def errors_by_one_more_step(stepped: Elastodynamic, left: dict[str, float]) -> E
     if not change < before:
         return {}, left
     shares = {name: share for name, share in left.items() if name != LARGE}
-    return {LARGE: after}, {**shares, HIGHER_ORDERS: SETTINGS.forces_later * change**2 / before}
+    return {LARGE: after}, {**shares, HIGHER_ORDERS: THEORY.forces_later * change**2 / before}

@@ -17,7 +17,7 @@ from msgspec.structs import replace
 from elastic import FIELDS, FieldKind, Largest
 from elastic.assessment import stress_ends
 from elastic.vibration import TOLERANCE
-from kinelast.figures.cycle import EXTREME_FIELDS, WELL, Cycle
+from kinelast.figures.cycle import EXTREME_FIELDS, MAX_CONDITION, Cycle
 from kinelast.figures.errors import MIN_SHARE_OF_UNIT, frequency_error
 from kinelast.figures.figure_error import FigureError
 from kinelast.figures.registry import NAMES, figures_of
@@ -210,16 +210,16 @@ def run_figures(cycle: Cycle, output: Output | None) -> RunFigures:
     chosen = tuple(figure for figure in figures_of(output) if not figure.asked)
     present = tuple(figure for figure in chosen if items_of(scene, figure.of))
     cycle.search(present)
-    ill = ~cycle.singular & ~(cycle.condition <= WELL)
+    ill = ~cycle.lost & ~(cycle.condition <= MAX_CONDITION)
     return RunFigures(
         output,
         chosen,
         {figure.key: [] for figure in chosen} | {figure.key: _peaks(cycle.of(figure), motion) for figure in present},
         len(motion.time),
-        int(np.count_nonzero(cycle.singular)),
+        int(np.count_nonzero(cycle.lost)),
         int(np.count_nonzero(np.broadcast_to(bent.forces.locked, cycle.columns))),
         int(np.count_nonzero(ill)),
-        bool((cycle.counted & (cycle.condition <= WELL)).any()),
+        bool((cycle.counted & (cycle.condition <= MAX_CONDITION)).any()),
         (float(motion.time[0]), float(motion.time[-1])),
         _rates(motion),
         np.array(stress_ends(cycle.well_conditioned, STATIONS)) if scene.labels else np.zeros((2, 2, 0, len(STATIONS))),

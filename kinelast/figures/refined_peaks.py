@@ -11,7 +11,7 @@ from msgspec.structs import replace
 
 from elastic import extremes
 from elastic.assessment import safety_factor
-from kinelast.figures.cycle import EXTREME_FIELDS, WELL
+from kinelast.figures.cycle import EXTREME_FIELDS, MAX_CONDITION
 from kinelast.figures.peaks import Peak
 from kinelast.figures.registry import NAMES
 from kinelast.scene.data import scene_deflection
@@ -29,8 +29,8 @@ def refined(results: Results, progress: Progress = SILENT) -> Results:
     """Return results in which the peak of each field (quantity along beams) is also searched between positions.
 
     A peak that is found between the positions is marked `refined`. A narrow peak is missed if no position is near it.
-    The run then needs more positions. A peak is not refined if the condition number exceeds `WELL` at a neighbouring
-    position or between the neighbouring positions.
+    The run then needs more positions. A peak is not refined if the condition number exceeds `MAX_CONDITION` at a
+    neighbouring position or between the neighbouring positions.
     """
     run = results.figures
     names = [(field, beam) for field in EXTREME_FIELDS for beam, peak in enumerate(run.of_field(field))
@@ -101,7 +101,7 @@ def _values(results: Results, names: list[tuple[str, int]], grid: Reals) -> tupl
         for row, (field, beam) in enumerate(names)
     ]
     values, places = zip(*rows, strict=True)
-    return np.array(values), np.array(places), (moved.condition <= WELL)[back]
+    return np.array(values), np.array(places), (moved.condition <= MAX_CONDITION)[back]
 
 
 def _moved_peaks(results: Results, better: dict[int, tuple[float, float, float]]) -> Iterator[tuple[int, Peak]]:

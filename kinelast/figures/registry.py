@@ -86,7 +86,7 @@ def _mass(cycle: Cycle) -> Real:
 
 def _condition(cycle: Cycle) -> Largest:
     """Return the largest condition number of all positions with figures, including ill-conditioned ones."""
-    condition = np.where(cycle.singular, -1.0, cycle.condition)
+    condition = np.where(cycle.lost, -1.0, cycle.condition)
     at = condition.argmax(axis=-1)
     most = np.take_along_axis(condition, at[..., None], -1)[..., 0]
     return sole(Largest(np.where(most < 0.0, np.nan, most), np.where(most < 0.0, -1, at)))

@@ -321,4 +321,4 @@ def resting(results: Results) -> Flags:
     """
     signs = sliding_directions(results.motion, results.deflection.forces.sliding)
     still: Flags = np.all([sign == 0.0 for sign in signs.values()], axis=0)
-    return still & ~results.cycle.singular
+    return still & ~results.cycle.lost

@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from kinelast.figures.answer import Answer
 
 ASKED_FOR = "the quasi-static theory was chosen"
-WORST = {"deflection": "deflection", "axial force": "buckling", "yield": "stress"}
+WORST = {"deflection": "deflection", "buckling": "buckling", "yield": "stress"}
 """For each kind of exceeded limit of the theory, the figure with the exceeding value."""
 MAX_HALVINGS = 12  # maximum number of halvings of the time steps around a nearly critical load
 ONE_TURN = 2 * math.pi * (1 + 1e-9)  # [rad] a drive that rotates by more passes the same angle again
@@ -281,15 +281,15 @@ class Results(Struct, frozen=True, eq=False, dict=True, weakref=True):
         peaks = self.figures.peaks
         sizes = {name: np.array([[peak.value] for peak in peaks[name]]) for name in WORST.values()}
         fields = {key: Extreme(sizes[name], sizes[name]) for key, name in (("w", "deflection"), ("mises", "stress"))}
-        past = exceedances(self.cycle.well_conditioned, known={**fields, "euler_ratio": sizes["buckling"]})
+        past = exceedances(self.cycle.well_conditioned, known={**fields, "buckling": sizes["buckling"]})
         placed = [(one, peaks[WORST[one.kind]][one.beam or 0] if one.kind in WORST else None) for one in past]
         if not any(math.isnan(peak.value) for peak in peaks["buckling"]):
             return placed
         words, bound = (
             "buckling: the load at which the mechanism buckles cannot be found",
-            VALIDITY_RANGES["axial force"].watch,
+            VALIDITY_RANGES["buckling"].watch,
         )
-        return [*placed, (Exceedance("axial force", None, None, math.nan, bound, False, words), None)]
+        return [*placed, (Exceedance("buckling", None, None, math.nan, bound, False, words), None)]
 
 
 def answered(plain: Results, theory: Theory, judged: bool, progress: Progress = SILENT) -> Results:
@@ -320,7 +320,7 @@ def answered(plain: Results, theory: Theory, judged: bool, progress: Progress = 
         if first.vibrating:
             best = answer_at(first, whole.cycle, theory)
         if not first.vibrating or (theory.name is None and first.enough and not best.enough):
-            best = answer(whole.cycle, theory, plain.period, theory.plain, progress)
+            best = answer(whole.cycle, theory, plain.period, progress=progress, known=first.vibrating)
     # the stages and the coarser solution need more memory than all other results
     best = replace(best, stages={}, vibrating=best.vibrating and replace(best.vibrating, coarser=None))
     if whole is plain:

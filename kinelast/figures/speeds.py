@@ -26,7 +26,7 @@ from kinelast.figures.refusals import needed_by_limits
 from kinelast.figures.registry import figures_of, limits_of
 from kinelast.figures.results import Results, at_critical_load
 from kinelast.figures.speed_limits import SpeedLimit, amplified, by_figure, limit_speed, outcomes, yield_speed
-from kinelast.figures.theory_settings import SETTINGS
+from kinelast.figures.theory_settings import THEORY
 from kinelast.scene.data import Scene, scene_deflection
 from kinelast.scene.error import SceneError
 from kinelast.scene.figure import LEAST, OUTPUT_ERROR, SCENE, Figure, items_of, sole
@@ -322,7 +322,7 @@ def _errors(
     stages = {name: Cycle(scene, each.motion, each, sampled=True) for name, each in corrected.items() if each}
     shares = {LARGE if displaced is None else HIGHER_ORDERS: left}
     if finer is None:
-        shares[TIME] = settled / SETTINGS.bound_over_error
+        shares[TIME] = settled / THEORY.bound_over_error
     by_key = figure_errors(answer, figures, Estimate(stages, bodies, shares, forces=forces))
     sizes = magnitudes(answer, figures)
     stiff = frequency_error(sizes["deflection"], by_key["deflection"])

@@ -24,6 +24,7 @@ from elastic.elastodynamics import (
     geometrically_exact,
     has_dry_friction,
     large_displacement_error,
+    moved_to,
     transient,
     with_large_displacement,
     worth_halving,
@@ -43,7 +44,7 @@ from kinelast.figures.figure_error import HIGHER_ORDERS, LARGE, TIME, VIBRATION
 from kinelast.figures.main_figures import HEADLINE, main_figures_of
 from kinelast.figures.measures import magnitudes
 from kinelast.figures.registry import limits_of
-from kinelast.figures.theory_settings import SETTINGS
+from kinelast.figures.theory_settings import THEORY
 from kinelast.scene.data import ACCURACY, ELASTODYNAMIC, GEOMETRICALLY_EXACT, QUASI_STATIC, Scene, Theory
 from kinelast.scene.error import SceneError
 from kinelast.scene.numbers import UNRELIABLE
@@ -59,7 +60,12 @@ UNSTABLE = "there is no steady state, because the vibration of the links grows"
 
 @one_thread()
 def answer(
-    quasi_static: Cycle, theory: Theory, period: float, quasi_static_only: bool = False, progress: Progress = SILENT
+    quasi_static: Cycle,
+    theory: Theory,
+    period: float,
+    quasi_static_only: bool = False,
+    progress: Progress = SILENT,
+    known: Elastodynamic | None = None,
 ) -> Answer:
     """Return the deflection by the requested theory of motion, with errors.
 
@@ -76,6 +82,9 @@ def answer(
         Whether to return the quasi-static answer even if its error is large.
     progress
         Function that is called at each stage of the computation.
+    known
+        Solution with vibration at other positions, if known. Vibration with small displacements is then not solved
+        again.
 
     Raises
     ------
@@ -96,10 +105,13 @@ def answer(
         motion_at, cycle = _motion_at_rest(scene, plain.motion) if rests else (scene.course.at, period)
 
         def announced(times: Reals) -> Motion:
-            progress(f"{scene.name}: solving vibration ({len(times):,} points)", 0, SETTINGS.stages)
+            progress(f"{scene.name}: solving vibration ({len(times):,} points)", 0, THEORY.stages)
             return motion_at(times)
 
-        linear = _vibrating(scene, plain, announced, cycle, tolerance)
+        if known and known.exact is None:
+            linear = moved_to(known, plain)
+        else:
+            linear = _vibrating(scene, plain, announced, cycle, tolerance)
         if not named and linear.stable and linear.time_error + linear.reduction_error > max(wanted, ACCURACY):
             reason = STICKING if has_dry_friction(scene.mechanism) else "it needs too many time elements or coordinates"
             raise SceneError(scene.path, "run", "theory", f"vibration cannot be solved: {reason}")
@@ -149,29 +161,27 @@ class _Theories(Answers, frozen=True, eq=False, dict=True):
         then less strict than the accuracy if other errors than that of the solver are larger anyway.
         """
         scene, wanted = self.scene, self.theory.wanted
-        ratio = SETTINGS.tolerance_ratio
+        ratio = THEORY.tolerance_ratio
         if self.theory.accuracy is None and not named and not limits_of(scene):
-            ratio = SETTINGS.default_tolerance_ratio
+            ratio = THEORY.default_tolerance_ratio
         if scene.mechanism.friction:
-            ratio = SETTINGS.friction_tolerance_ratio
+            ratio = THEORY.friction_tolerance_ratio
         aim = wanted
-        if not named and ratio * wanted < SETTINGS.max_named_tolerance:
+        if not named and ratio * wanted < THEORY.max_named_tolerance:
             aim = max(wanted, NEGLIGIBLE_GAIN * self.error_without_motion)
-        tolerance = (
-            min(SETTINGS.max_named_tolerance, ratio * aim) if named else max(ratio * aim, SETTINGS.min_tolerance)
-        )
+        tolerance = min(THEORY.max_named_tolerance, ratio * aim) if named else max(ratio * aim, THEORY.min_tolerance)
         return aim, max(tolerance, ratio * wanted) if scene.mechanism.friction else tolerance
 
     def _report(self, number: int, stage: str) -> None:
-        self.progress(f"{self.scene.name}: {stage}", number, SETTINGS.stages)
+        self.progress(f"{self.scene.name}: {stage}", number, THEORY.stages)
 
     def _announce(self, first_steps: float) -> None:
         """Inform the user if the geometrically exact answer will probably take long.
 
         `first_steps` is the computing time of the first steps to this answer [s].
         """
-        expected = SETTINGS.exact_over_first_steps * first_steps
-        if expected > SETTINGS.long:
+        expected = THEORY.exact_over_first_steps * first_steps
+        if expected > THEORY.long:
             advice = '"--theory elastodynamic" or a larger --accuracy is faster'
             self.progress.tell(f"{self.scene.name}: large displacement may take up to {lasting(expected)}; {advice}")
 
@@ -191,7 +201,7 @@ class _Theories(Answers, frozen=True, eq=False, dict=True):
             The geometrically exact theory is requested by name but cannot solve the scene, e.g. one with a wheel on a
             rack.
         """
-        settled = {TIME: (linear.time_error + linear.reduction_error) / SETTINGS.bound_over_error}
+        settled = {TIME: (linear.time_error + linear.reduction_error) / THEORY.bound_over_error}
         if not linear.stable:
             for name in (QUASI_STATIC, ELASTODYNAMIC, GEOMETRICALLY_EXACT):
                 yield self.answer(name, linear, {}, settled, UNSTABLE)
@@ -219,7 +229,7 @@ class _Theories(Answers, frozen=True, eq=False, dict=True):
                     yield from self.candidates(resolved, tolerance, wanted)
                     return
         stepped = finest if shared is None or not displaced else with_large_displacement(linear)[0]
-        almost_exact = stepped.exact is not None and stepped.exact.worst <= SETTINGS.max_last_change * wanted
+        almost_exact = stepped.exact is not None and stepped.exact.worst <= THEORY.max_last_change * wanted
         if asked is None and almost_exact and not _rests(self.plain):
             yield self._after_first_steps(stepped, tolerance, wanted, shared, finest)
         self._report(3, "geometrically exact")
@@ -227,7 +237,7 @@ class _Theories(Answers, frozen=True, eq=False, dict=True):
         try:
             begun = None if has_dry_friction(self.scene.mechanism) else stepped.exact
             if asked is None and not has_dry_friction(self.scene.mechanism):
-                tolerance = max(SETTINGS.exact_tolerance_ratio * wanted, SETTINGS.min_tolerance)
+                tolerance = max(THEORY.exact_tolerance_ratio * wanted, THEORY.min_tolerance)
                 linear = linear.resolved_to(tolerance)
             exact = geometrically_exact(linear, tolerance, begun)
         except MechanismError as error:
@@ -247,7 +257,7 @@ class _Theories(Answers, frozen=True, eq=False, dict=True):
         """
         measured, left = self._errors_of_exact(stepped, tolerance, wanted, finer, finest)
         if LARGE in left:
-            left = {**left, LARGE: SETTINGS.forces_later * left[LARGE]}
+            left = {**left, LARGE: THEORY.forces_later * left[LARGE]}
             if not measured and left[LARGE] > self.accepted_bound(wanted):
                 measured, left = errors_by_one_more_step(stepped, left)
         return self.answer(GEOMETRICALLY_EXACT, stepped, measured, left)
@@ -278,7 +288,7 @@ class _Theories(Answers, frozen=True, eq=False, dict=True):
         headline = [figure for figure in self.figures if figure.key == HEADLINE[0]]
         here, there = (magnitudes(each, headline)[HEADLINE[0]].max(initial=0.0) for each in (plain, vibrating))
         stretch = vibrating.along("u").value.max(initial=0.0)
-        return bool(abs(there - here) > SETTINGS.max_neglected_change * wanted * max(there, stretch))
+        return bool(abs(there - here) > THEORY.max_neglected_change * wanted * max(there, stretch))
 
     def without_vibration(self, period: float, wanted: float) -> Answer | None:
         """Return the quasi-static answer if vibration need not or cannot be solved, otherwise None.
@@ -287,26 +297,26 @@ class _Theories(Answers, frozen=True, eq=False, dict=True):
         are then used as errors of the answer. Vibration is not solved either if a section rotates by more than
         `max_rotation`. The error is then unknown.
         """
-        if largest_rotation(self.cycle(self.plain)) > SETTINGS.max_rotation:
+        if largest_rotation(self.cycle(self.plain)) > THEORY.max_rotation:
             return self.unknown("vibration is not computed for such large rotations of the links")
         large = self.bound_of_large(self.plain)
-        if large > self.accepted_bound(wanted, SETTINGS.max_theory_bound):
+        if large > self.accepted_bound(wanted, THEORY.max_theory_bound):
             return None
         vibration = bound_of_vibration(self.quasi_static, period)
-        if vibration + large > self.accepted_bound(wanted, SETTINGS.max_theory_bound):
+        if vibration + large > self.accepted_bound(wanted, THEORY.max_theory_bound):
             return None
         return self.answer(QUASI_STATIC, None, {}, {VIBRATION: vibration, LARGE: large})
 
-    def accepted_bound(self, wanted: float, share: float = SETTINGS.max_discretization_bound) -> float:
+    def accepted_bound(self, wanted: float, share: float = THEORY.max_discretization_bound) -> float:
         """Return the largest error bound that is accepted in place of an error, see `kinelast.figures.bounds`."""
         bound = accepted_bound(wanted, bool(limits_of(self.scene)), share)
-        return bound if self.theory.accuracy is None else min(bound, SETTINGS.max_requested_bound)
+        return bound if self.theory.accuracy is None else min(bound, THEORY.max_requested_bound)
 
     def _worth_measuring(self, answer: Elastodynamic, wanted: float) -> bool:
         """Return whether the discretization error has to be measured by another discretization."""
         accepted = self.accepted_bound(wanted)
         if answer.exact is None:
-            accepted = max(accepted, SETTINGS.negligible_bound * wanted)
+            accepted = max(accepted, THEORY.negligible_bound * wanted)
         return worth_halving(self.scene.mechanism, answer.elements, answer.coordinates, answer.bound, accepted)
 
     def _large_displacement(
@@ -319,7 +329,7 @@ class _Theories(Answers, frozen=True, eq=False, dict=True):
         steps use the discretization `finer` if there is one, because that of the linear answer may be too coarse.
         """
         large = self.bound_of_large(linear.deflection)
-        if self.theory.name is None and large <= self.accepted_bound(wanted, SETTINGS.max_theory_bound):
+        if self.theory.name is None and large <= self.accepted_bound(wanted, THEORY.max_theory_bound):
             return linear, {}, {LARGE: large}
         self._report(2, "large displacement")
         try:
@@ -338,11 +348,12 @@ class _Theories(Answers, frozen=True, eq=False, dict=True):
     ) -> tuple[dict[str, Elastodynamic], dict[str, float]]:
         """Measure the errors of an exact answer, or estimate them if the bounds on discretization errors are small.
 
-        If a finer answer would take too long, the coarser answer measures the errors.
+        If a finer answer would take too long, or if the iteration of the exact answer did not converge, the coarser
+        answer measures the errors.
         """
         if exact.exact is None or not self._worth_measuring(exact, wanted):
             return {}, estimated_errors_of_exact(exact)
-        if exact.elements * exact.coordinates**2 > SETTINGS.max_finer_work:
+        if exact.elements * exact.coordinates**2 > THEORY.max_finer_work or exact.exact.worst > wanted:
             return errors_by_coarser(exact)
         self._report(4, "error in time and coordinates")
         return errors_of_exact(exact, tolerance, finer, begun)
@@ -353,9 +364,9 @@ def _rests(plain: Deflection) -> bool:
     moments, motion = plain.amplitudes.M, plain.motion
     travel = np.abs(motion.drive_rate).max(initial=0.0) * np.ptp(motion.time)
     largest = np.abs(moments).max(axis=-1)
-    by_travel = SETTINGS.max_change_per_travel * travel * largest.max(initial=0.0)
-    same = np.ptp(moments, axis=-1) <= SETTINGS.max_rest_change * largest + by_travel
-    return bool(travel <= SETTINGS.max_rest_travel and same.all())
+    by_travel = THEORY.max_change_per_travel * travel * largest.max(initial=0.0)
+    same = np.ptp(moments, axis=-1) <= THEORY.max_rest_change * largest + by_travel
+    return bool(travel <= THEORY.max_rest_travel and same.all())
 
 
 def _motion_at_rest(scene: Scene, motion: Motion) -> tuple[MotionAt, float]:

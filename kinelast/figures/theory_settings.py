@@ -61,4 +61,4 @@ class TheorySettings(Struct, frozen=True):
     long: float = 10.0  # [s] the user is informed if the expected computing time is longer
 
 
-SETTINGS = TheorySettings()
+THEORY = TheorySettings()

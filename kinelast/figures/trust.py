@@ -13,7 +13,7 @@ from elastic.assessment import VALIDITY_RANGES, Exceedance, shear_share
 from kinelast.figures.accuracy import accuracy_findings
 from kinelast.figures.advice import exceedance_advice
 from kinelast.figures.checks import check_passed
-from kinelast.figures.cycle import WELL
+from kinelast.figures.cycle import MAX_CONDITION
 from kinelast.figures.inputs import cycle_findings, input_findings
 from kinelast.figures.jumps import jump_findings
 from kinelast.figures.refusals import outside_ranges
@@ -29,20 +29,20 @@ from rigid import Friction, counted
 HEADINGS = {
     "slenderness": "Stubby links",
     "deflection": "Large displacements",
-    "axial force": "Buckling",
+    "buckling": "Buckling",
     "yield": "Strength",
 }
 WITHIN = {
     "slenderness": "beam theory neglects less than {:.0f} % of the deflection of any link from its chord",
     "deflection": "no link deflects by more than {:.0f} % of its length",
-    "axial force": "no link exceeds {:.0f} % of its critical load",
+    "buckling": "no link exceeds {:.0f} % of its critical load",
     "yield": "no link exceeds {:.0f} % of its yield stress",
 }
 IN_THE_ERROR = {  # words on effects that the results include, or that the stated errors cover
     "slenderness": "the stated errors of deflections include its effect at the largest deflection,"
     " which may be smaller; stresses are those of beam theory",
     "deflection": "the answer or its error includes this",
-    "axial force": "the answer or its error includes its effect on bending",
+    "buckling": "the answer or its error includes its effect on bending",
 }
 SHEAR_OFF = 'beams = "euler-bernoulli" neglects shear'
 SHEAR_UNKNOWN = "its section has neither shear_area nor kGA, so shear is neglected"
@@ -117,7 +117,7 @@ def _positions(results: Results) -> Finding:
         return Finding(POOR, heading, f"No position could be computed: all are {why}.")
     worst = results.figures.peaks["condition"][0].value
     digits = digits_left(worst)
-    near = "Round-off grows near" if worst > WELL else "No position is near"
+    near = "Round-off grows near" if worst > MAX_CONDITION else "No position is near"
     condition = f"largest condition number {number(worst, 3)}, about {digits} reliable digits there"
     text = f"{near} a dead point of the drives: {condition}."
     if singular:
@@ -128,14 +128,14 @@ def _positions(results: Results) -> Finding:
     if ill:
         text += (
             f" The largest values exclude {counted(ill, 'position')} near a dead point, with a condition number beyond"
-            f" {number(WELL)}; positions.csv lists them."
+            f" {number(MAX_CONDITION)}; positions.csv lists them."
         )
     if results.scene.course.interrupted is not None:
         reached = quantity(results.scene.course.interrupted, "s")
         text += f" The integration was interrupted at {reached}: {results.left_out} later positions are missing."
     elif results.left_out:
         text += f" {counted(results.left_out, 'unreachable position')} left out on request."
-    level = POOR if worst > 1e10 else CAUTION if singular or worst > WELL or results.left_out else GOOD
+    level = POOR if worst > 1e10 else CAUTION if singular or worst > MAX_CONDITION or results.left_out else GOOD
     return Finding(level, heading, text)
 
 
@@ -226,7 +226,7 @@ def _exceedances(results: Results) -> Iterator[Finding]:
     """
     for kind, heading in HEADINGS.items():
         alike = [each for each, _ in results.exceedances if each.kind == kind and not math.isnan(each.figure)]
-        if results.buckles and kind != "axial force":
+        if results.buckles and kind != "buckling":
             continue
         if not alike:
             continue
@@ -238,9 +238,9 @@ def _exceedances(results: Results) -> Iterator[Finding]:
         level = exceedance_level(results, worst)
         if _in_the_error(results, kind):
             words += f"; {IN_THE_ERROR[kind]}"
-            if kind == "axial force" and level != GOOD and worst.figure < 1.0:
+            if kind == "buckling" and level != GOOD and worst.figure < 1.0:
                 words += f", but an initial curvature of the link grows {1 / (1 - worst.figure):.2g} times"
-        elif kind == "axial force" and worst.beam is not None:
+        elif kind == "buckling" and worst.beam is not None:
             grows = f"its bending grows about {1 / (1 - worst.figure):.3g} times, which is neglected"
             words += f"; {'it buckles' if worst.figure >= 1.0 else grows}"
         sheared = _without_shear(results, worst.beam) if kind == "slenderness" and worst.beam is not None else ""
@@ -263,7 +263,7 @@ def exceedance_level(results: Results, exceedance: Exceedance) -> str:
         return OPEN
     if not _in_the_error(results, kind):
         return POOR if exceedance.severe else CAUTION
-    if kind != "axial force" or not VALIDITY_RANGES[kind].far_passed(figure):
+    if kind != "buckling" or not VALIDITY_RANGES[kind].far_passed(figure):
         return GOOD
     return POOR if figure >= 1.0 else CAUTION
 
@@ -321,7 +321,7 @@ def _judged(results: Results) -> set[str]:
     kinds = {
         "slenderness": any(np.isfinite(section.EA) and np.isfinite(section.EI) for section in sections),
         "deflection": True,
-        "axial force": any(np.isfinite(section.EI) for section in sections),
+        "buckling": any(np.isfinite(section.EI) for section in sections),
         "yield": any(not math.isnan(peak.value) for peak in results.figures.peaks["safety"]),
     }
     return {kind for kind, is_judged in kinds.items() if is_judged}

@@ -265,7 +265,7 @@ def _with_gaps(results: Results, values: Any) -> Reals:
     values = np.broadcast_to(values, (*np.shape(values)[:-1], *results.motion.columns))
     numbers = _numbers(results)
     spread = np.full((*values.shape[:-1], numbers[-1] + 1), np.nan)
-    spread[..., numbers] = np.where(results.cycle.counted | results.cycle.singular, values, np.nan)
+    spread[..., numbers] = np.where(results.cycle.counted | results.cycle.lost, values, np.nan)
     return spread
 
 

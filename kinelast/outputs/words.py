@@ -10,7 +10,7 @@ from typing import Any
 from msgspec.structs import replace
 
 from elastic import FIELDS
-from kinelast.figures.cycle import WELL
+from kinelast.figures.cycle import MAX_CONDITION
 from kinelast.figures.doubted import LIMIT_NAMES, large_errors, unjudged_limits
 from kinelast.figures.inputs import INPUTS
 from kinelast.figures.limits import KEPT, UNKNOWN, VERDICTS
@@ -139,7 +139,7 @@ def _motors(report: Report) -> Iterator[str]:
 def _run(run: RunReport) -> Iterator[str]:
     """Yield phrases about positions without results, and about ill-conditioned positions."""
     condition = run.largest_condition.value
-    if condition is not None and condition > WELL:
+    if condition is not None and condition > MAX_CONDITION:
         yield f"near a dead point: {digits_left(condition)} digits are certain there"
     if run.singular:
         yield f"{counted(run.singular, 'position')} without figures, at dead points"

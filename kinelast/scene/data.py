@@ -23,7 +23,7 @@ from kinelast.scene.units import shown
 from machine.cams import Cam
 from machine.joints import JointParts
 from machine.life import FatigueTask
-from rigid import SINGULAR, Mechanism, MechanismError, Motion, ReachError, TableError, motion, require_reach
+from rigid import Mechanism, MechanismError, Motion, ReachError, TableError, motion, require_reach
 
 Result = TypeVar("Result")
 
@@ -295,7 +295,7 @@ def require_determined(scene: Scene) -> None:
     start = [law.start if isinstance(law, DriveEffort) else law(np.zeros(1))[0].item() for law in scene.laws]
     try:
         first = motion(mechanism, np.array(start)[:, None])
-        if not first.may_be_singular or (first.condition <= SINGULAR).all():
+        if not first.may_be_singular or not first.singular.any():
             return
         _require_no_flat_triangle(scene)
     except MechanismError as error:

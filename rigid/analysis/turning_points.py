@@ -8,7 +8,6 @@ from msgspec import Struct
 from rigid.analysis.coordinates import Coordinate, LinkAngle, Rated
 from rigid.analysis.crossings import Intervals, intervals, positions, turn_closes, zeros
 from rigid.arrays import Reals
-from rigid.closures.conditioning import SINGULAR
 from rigid.kinematics import Motion
 from rigid.names import counted
 from rigid.parts import MechanismError
@@ -151,7 +150,7 @@ def dead_points(motion: Motion) -> list[DeadPoint]:
     low = here[(sine[here] <= before) & (sine[here] < after)]
     for number in low:
         place = _lowest(between, int(number))
-        if not place.condition[0] <= SINGULAR:
+        if place.singular[0]:
             points.append(DeadPoint("singular", place.drive[:, 0], aligned_joint(place)))
     return points
 

@@ -177,8 +177,11 @@ def cancellation_factor(bound: Columns, done: Columns) -> Columns:
     return np.maximum(1.0, bound / (MIN_CANCELLATION * np.maximum(done, TINY)))
 
 
-def ill_conditioned(motion: MotionState, condition: Columns) -> Flags:
-    """Return whether each position is near singular and its condition exceeds SINGULAR, shape (..., positions)."""
+def has_no_result(motion: MotionState, condition: Columns) -> Flags:
+    """Return whether each position is near singular, with a condition above SINGULAR, shape (..., positions).
+
+    Forces and deflections at such a position would be mere round-off.
+    """
     return (motion.sine < MIN_REGULAR_SINE) & np.logical_not(condition <= SINGULAR)
 
 

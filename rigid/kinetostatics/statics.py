@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from rigid.arrays import Columns, Reals
-from rigid.closures.conditioning import cancellation_factor, extents, greatest_force, ill_conditioned
+from rigid.closures.conditioning import cancellation_factor, extents, greatest_force, has_no_result
 from rigid.closures.forces import MAX_UNSTRESSED, JointForces, joint_forces, self_stresses
 from rigid.closures.gears import gear_loads
 from rigid.constants import mass_constants
@@ -26,7 +26,7 @@ def reactions(motion: Motion) -> JointForces:
     """
     forces = forces_with_friction(motion, lambda friction, flank: balancing_forces(motion, (), flank, friction))
     if motion.may_be_singular:
-        forces.mark(ill_conditioned(motion, force_condition(motion, forces)))
+        forces.mark(has_no_result(motion, force_condition(motion, forces)))
     states = self_stresses(motion.closures, forces.flank)
     for number in forces.friction:
         if any(np.any(np.abs(state.force[number]) + np.abs(state.moment[number]) > MAX_UNSTRESSED) for state in states):

@@ -28,7 +28,7 @@ from rigid.positions.knots import Table, knots_before, merged, select, steps, to
 from rigid.positions.newton import MAX_NEWTON_STEPS, closes, newton, sine_of, tree_closure
 from rigid.positions.partial_posture import PartialPosture
 from rigid.positions.rows import designs_of_lengths, select_designs
-from rigid.positions.tracking_settings import SETTINGS
+from rigid.positions.tracking_settings import TRACKING
 from rigid.postures import joint_place
 
 
@@ -217,8 +217,8 @@ class TrackedBranch:
         """
         count = len(low["place"] if at is None else at)
         parts = []
-        for first in range(0, max(count, 1), SETTINGS.steps_per_block):
-            block = slice(first, first + SETTINGS.steps_per_block)
+        for first in range(0, max(count, 1), TRACKING.steps_per_block):
+            block = slice(first, first + TRACKING.steps_per_block)
             begin, end = (block, block) if at is None else (at[block], at[block] + 1)
             parts.append(self._certified(select(low, begin), select(high, end), number))
         boxes, before = zip(*parts, strict=True)
@@ -252,7 +252,7 @@ class TrackedBranch:
                 if k == number:
                     return box.T, before
                 passed = finest & np.isfinite(low["sine"][:, k] + high["sine"][:, k])
-                width = SETTINGS.dyad_change_width * FINEST_STEP
+                width = TRACKING.dyad_change_width * FINEST_STEP
                 box = np.where(np.isnan(box) & passed, np.abs(changes.T) + width, box)
                 before &= np.isfinite(box).all(axis=0)
                 certificate.fill(box)
@@ -264,7 +264,7 @@ class TrackedBranch:
         The unit of `finest` is the stride, i.e. the initial distance between adjacent knots.
         """
         finest = (self.finest(number) if finest is None else finest) * self.path.stride
-        most, table = max(SETTINGS.max_halved, len(which)), self.table
+        most, table = max(TRACKING.max_halved, len(which)), self.table
         box, before = self.certify(table, table, number, which)
         split = self._split(table, table, number, (box, before), finest, most, which)
         table[f"box{number}"][which], table[f"certain{number}"][which] = box, np.isfinite(box).all(axis=1)
@@ -298,7 +298,7 @@ class TrackedBranch:
         begin, end = (slice(None), slice(None)) if at is None else (at, at + 1)
         edge = finest
         if self.forms[number]:
-            edge = self.path.stride * (SETTINGS.limit_resolution if all(self.forms) else self.edge)
+            edge = self.path.stride * (TRACKING.limit_resolution if all(self.forms) else self.edge)
         length = high["place"][end] - low["place"][begin]
         closes = np.isfinite(np.array([low["sine"][begin, number], high["sine"][end, number]]))
         # if an earlier group is certain in a step, it is also certain in the halves of the step, even if their boxes
@@ -320,14 +320,14 @@ class TrackedBranch:
 
     def finest(self, number: int) -> float:
         """Return the length of the finest steps of a group, in strides (initial distances between knots)."""
-        return FINEST_STEP if self.forms[number] else SETTINGS.finest_general
+        return FINEST_STEP if self.forms[number] else TRACKING.finest_general
 
     def width(self, number: int) -> float:
         """Return the largest total length of the uncertain steps around a change point.
 
         The length is a difference in the path parameter.
         """
-        finest_steps = SETTINGS.dyad_change_width if self.forms[number] else SETTINGS.general_change_width
+        finest_steps = TRACKING.dyad_change_width if self.forms[number] else TRACKING.general_change_width
         return finest_steps * self.finest(number) * self.path.stride
 
     def before(self, row: int, place: float) -> int:
@@ -429,7 +429,7 @@ class TrackedBranch:
         at = at[place[at + 1] - place[at] <= 2 * FINEST_STEP * self.path.stride]
         slides = table[f"free{number}"][:, ~np.array(self.structure.groups[number].angles)]
         jump = np.abs(slides[at + 1] - slides[at]).max(axis=1, initial=0.0)
-        at = at[~(jump <= SETTINGS.max_jump * self.mechanism.size)]
+        at = at[~(jump <= TRACKING.max_jump * self.mechanism.size)]
         return np.where(place[at + 1] > self.path.begin, at + 1, at)
 
     def _change_points(self, number: int) -> list[int]:

@@ -7,7 +7,7 @@ import numpy as np
 from rigid.arrays import Integers, Reals
 from rigid.positions.branch import TrackedBranch
 from rigid.positions.knots import Table, merged, select, steps
-from rigid.positions.tracking_settings import SETTINGS
+from rigid.positions.tracking_settings import TRACKING
 
 # Terms in this file: A step leads from one knot to the next. It is certain if it has been proved (certified) that
 # exactly one branch runs through it, and otherwise uncertain. The grid consists of the regular knots (`coarse` in
@@ -32,7 +32,7 @@ class Trace:
         for sense in (1, -1):
             self._walk(coarse[:, begin::sense], start)
         self._fill(np.flatnonzero(~branch.table["coarse"]), np.ravel(coarse))
-        branch.refine(self.number, steps(branch.table), SETTINGS.first_resolution)
+        branch.refine(self.number, steps(branch.table), TRACKING.first_resolution)
         for row in range(branch.rows):
             for sense in (1, -1):
                 self._handle_uncertain_steps(row, sense)
@@ -116,7 +116,7 @@ class Trace:
                     near = near[np.abs(table["place"][near + (sense < 0)] - start) <= branch.path.stride]
                     branch.refine(self.number, near)
                     continue
-            elif table["sine"][run[0], self.number] <= SETTINGS.max_hidden_sine and self._passes_smoothly(
+            elif table["sine"][run[0], self.number] <= TRACKING.max_hidden_sine and self._passes_smoothly(
                 row, sense, start, stop
             ):
                 passed = stop
@@ -135,7 +135,7 @@ class Trace:
                 continue
             marched, leaps, here = start, True, certain
             if stuck:
-                knot = self._knot_beyond(row, sense, here) if len(knots) < SETTINGS.max_march_steps else None
+                knot = self._knot_beyond(row, sense, here) if len(knots) < TRACKING.max_march_steps else None
                 if knot is None:
                     if carried := self._turns_with_drive(row, sense, here):
                         continue
@@ -157,7 +157,7 @@ class Trace:
             inner, outer = (first, last) if sense > 0 else (last, first)
             if (
                 table["row"][first] != row
-                or (place[outer] - max(passed * sense, start * sense) * sense) * sense <= SETTINGS.min_difference
+                or (place[outer] - max(passed * sense, start * sense) * sense) * sense <= TRACKING.min_difference
             ):
                 continue
             if (place[inner] - start) * sense < 0.0:
@@ -186,7 +186,7 @@ class Trace:
                 branch.set(knot, k)
         if guess is None:
             guess = (low[f"free{self.number}"] + part[:, None] * branch.changes(self.number, low, high)).T
-        branch.set(knot, self.number, guess, SETTINGS.max_corrections)
+        branch.set(knot, self.number, guess, TRACKING.max_corrections)
         knot[f"certain{self.number}"] = np.zeros(1, bool)
         return knot
 
@@ -205,13 +205,13 @@ class Trace:
         return (
             place + step,
             nearer[f"free{self.number}"] + 2 * slope,
-            np.abs(slope).max() * SETTINGS.max_smooth_deviation + SETTINGS.change_point_noise,
+            np.abs(slope).max() * TRACKING.max_smooth_deviation + TRACKING.change_point_noise,
         )
 
     def _knot_beyond(self, row: int, sense: int, place: float) -> Table | None:
         """Return a knot of the branch that continues smoothly beyond a change point, or None if there is none."""
         with np.errstate(all="ignore"):
-            step = sense * SETTINGS.branch_distance * self.branch.path.stride
+            step = sense * TRACKING.branch_distance * self.branch.path.stride
             to, guess, known = self._extrapolated(row, place, step)
             if (to - self._last(row, sense)) * sense > 0:
                 return None
@@ -229,9 +229,9 @@ class Trace:
         outward = (table["row"] == row) & ((table["place"] - begin) * sense >= 0.0)
         beyond = outward & ((table["place"] - place) * sense > 0.0)
         passed = np.flatnonzero(outward & ~beyond & np.isfinite(table["sine"][:, self.number]))
-        away = (table["sine"][:, : self.number] > SETTINGS.min_clear_sine).all(axis=1)
+        away = (table["sine"][:, : self.number] > TRACKING.min_clear_sine).all(axis=1)
         clear = np.flatnonzero(outward & table["coarse"] & away)
-        enough = len(passed) >= 2 and len(clear) >= SETTINGS.min_knots
+        enough = len(passed) >= 2 and len(clear) >= TRACKING.min_knots
         if branch.path.vertices is not None or not branch.path.turn or not enough:
             return False
         one, other, checked = (select(table, which) for which in (passed[:-1], passed[1:], clear))
@@ -263,7 +263,7 @@ class Trace:
         if not self.branch.path.keeps_direction(*sorted((start, stop))):
             return True
         with np.errstate(all="ignore"):
-            step = max(abs(stop - start), SETTINGS.min_branch_distance * self.branch.path.stride)
+            step = max(abs(stop - start), TRACKING.min_branch_distance * self.branch.path.stride)
             to, guess, known = self._extrapolated(row, 0.5 * (start + stop), sense * step)
             return (to - self._last(row, sense)) * sense > 0 or self._distance(
                 self._knot_at(row, to, None), guess
@@ -305,8 +305,8 @@ class Trace:
         step, travelled, successes = stride / 8, 0.0, 0
         leapt = step if leaps and slope.any() else np.inf
         with np.errstate(all="ignore"):
-            while travelled < stride and here["place"][0] != end and len(knots) < SETTINGS.max_march_steps:
-                if step < min(branch.edge, SETTINGS.min_march_step) * stride:
+            while travelled < stride and here["place"][0] != end and len(knots) < TRACKING.max_march_steps:
+                if step < min(branch.edge, TRACKING.min_march_step) * stride:
                     break
                 to = float(here["place"][0]) + sense * step
                 to = end if (to - end) * sense > 0 else to
@@ -314,9 +314,9 @@ class Trace:
                 knot = self._knot_at(row, to, guess.T)
                 good = (
                     leapt < np.inf
-                    and self._distance(knot, guess) <= SETTINGS.max_leap_deviation * np.abs(guess - here[name]).max()
+                    and self._distance(knot, guess) <= TRACKING.max_leap_deviation * np.abs(guess - here[name]).max()
                 )
-                if not good and step * SETTINGS.max_shortening <= leapt:
+                if not good and step * TRACKING.max_shortening <= leapt:
                     pair = (here, knot) if sense > 0 else (knot, here)
                     good = np.isfinite(branch.certify(*pair, self.number)[0]).all()
                 if not good:
@@ -326,7 +326,7 @@ class Trace:
                 knots.append(knot)
                 here, travelled, successes = knot, travelled + step, successes + 1
                 leapt = step if leaps else leapt
-                step = 2 * step if successes > SETTINGS.steps_to_double else step
+                step = 2 * step if successes > TRACKING.steps_to_double else step
         return knots, travelled < stride and here["place"][0] != end
 
     def _insert(self, row: int, inner: float, knots: list[Table]) -> None:
@@ -369,7 +369,7 @@ class Trace:
         mine = table["row"] == row
         at = int(np.flatnonzero(mine & (table["place"] == last))[0])
         outer = np.flatnonzero(mine & ((table["place"] - last) * sense > 0))[::sense]
-        distance = 0.5 * SETTINGS.branch_distance * branch.path.stride
+        distance = 0.5 * TRACKING.branch_distance * branch.path.stride
         inner = np.flatnonzero(mine & ((last - table["place"]) * sense > distance))[::sense]
         first = int(inner[-1]) if len(inner) else at
         grid = outer[table["coarse"][outer]]
@@ -377,7 +377,7 @@ class Trace:
         self._fill(outer[~table["coarse"][outer]], np.sort([at, *grid]))
         begins = steps(table)
         nearer = np.minimum(table["place"][begins] * sense, table["place"][begins + 1] * sense)
-        branch.refine(self.number, begins[mine[begins] & (nearer >= last * sense)], SETTINGS.first_resolution)
+        branch.refine(self.number, begins[mine[begins] & (nearer >= last * sense)], TRACKING.first_resolution)
 
     def _rejoins(self, row: int, sense: int, last: float) -> bool:
         """Return whether all steps from a knot to the next grid knot are certain."""
@@ -388,5 +388,5 @@ class Trace:
         low, high = sorted((last, float(outer[0])))
         at = steps(table)
         mine = (table["row"][at] == row) & (table["place"][at] >= low) & (table["place"][at + 1] <= high)
-        branch.refine(self.number, at[mine], SETTINGS.first_resolution)
+        branch.refine(self.number, at[mine], TRACKING.first_resolution)
         return self._certain(row, sense, last, float(outer[0])) == float(outer[0])

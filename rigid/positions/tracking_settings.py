@@ -49,4 +49,4 @@ class TrackingSettings(Struct, frozen=True):
     change_point_noise: float = 1e-9  # [rad or m] round-off of coordinates near a change point
 
 
-SETTINGS = TrackingSettings()
+TRACKING = TrackingSettings()

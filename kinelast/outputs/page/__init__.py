@@ -29,9 +29,9 @@ from kinelast.scene.parts import PARTS
 from rigid.arrays import Integers, Reals
 
 WEB = Path(__file__).parent / "web"
-SCRIPTS = ("numbers", "dom", "fold", "theme", "arrays", "scene", "motion", "tables", "instants", "placing", "names",
-           "symbols", "view", "mechanism", "pointing", "controls", "charts", "saved_curves", "curves", "speeds",
-           "what_if", "sizing", "maps", "tiles", "answer", "figures", "drives", "breaks_first",
+SCRIPTS = ("numbers", "errors", "dom", "fold", "theme", "arrays", "scene", "motion", "tables", "instants", "placing",
+           "names", "symbols", "view", "mechanism", "pointing", "controls", "charts", "saved_curves", "curves",
+           "speeds", "what_if", "sizing", "maps", "tiles", "answer", "figures", "drives", "breaks_first",
            *(part.key for part in PARTS if (WEB / f"{part.key}.js").is_file()), "main")  # fmt: skip
 """Names of the scripts of report.html, without extension.
 
@@ -190,7 +190,18 @@ def index_page(
     return filled("index.html", INDEX_SCRIPTS, {"title": INDEX_TITLE, "rows": as_data(data)})
 
 
-DESIGN_SCRIPTS = ("numbers", "dom", "theme", "arrays", "design_data", "scatter", "parallel", "design_table", "designs")
+DESIGN_SCRIPTS = (
+    "numbers",
+    "errors",
+    "dom",
+    "theme",
+    "arrays",
+    "design_data",
+    "scatter",
+    "parallel",
+    "design_table",
+    "designs",
+)
 SHOWN = 10_000  # maximum number of designs in designs.html, see `kept_designs`
 FRONTS = 6  # designs.html contains the Pareto front of each pair of the first `FRONTS` results
 # names of the results for which larger values are better

@@ -98,12 +98,6 @@ function besideWords({ found, limit }) {
   return `${number(found.value * factor)} ${unit}`;
 }
 
-// Angles in degrees.
-function figureAngle(figure, digits = 4) {
-  if (figure.unit !== "rad" || figure.value === null) return figureWords(figure, digits);
-  return `${number((figure.value * 180) / Math.PI, digits)}°`;
-}
-
 // Reliability of the figures.
 function trustLine() {
   const [words, level] = trusted;
@@ -113,28 +107,6 @@ function trustLine() {
     h("p", h("b", sentence(words)), " ", h("a", { href: "#trust" }, "Why?")),
   );
 }
-
-// Error as a suffix of its figure, relative, or absolute if it exceeds the figure. As kinelast/outputs/words.py does
-// it.
-/** @param {any} figure */
-function errorWords(figure) {
-  return errorSize(figure) + unreliableMark(figure);
-}
-
-/** @param {any} figure */
-function errorSize(figure) {
-  const { value, unit, error, error_unknown: unknown, error_measured: measured } = figure ?? {};
-  if (error === null && unknown && value !== null) return " (error unknown)";
-  if (value === null || value === undefined) return "";
-  return error
-    ? ` ± ${error <= Math.abs(value) ? errorShare(error / Math.abs(value)) : figureAngle({ value: error, unit }, 2)}${
-      measured ? " measured" : ""
-    }`
-    : "";
-}
-
-const share = (part) => `${number(100 * part, 2)} %`;
-const errorShare = (part) => (part < 1e-4 ? "< 0.01 %" : share(part)); // LEAST_TOLD of kinelast/scene/numbers.py
 
 const PAPER_LETTERS = 125; // letters in a line of the print
 // Assumptions and checks, shown only in print.

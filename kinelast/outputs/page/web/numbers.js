@@ -68,6 +68,12 @@ function figureWords(figure, digits = 4) {
   return figure ? quantity(figure.value, figure.unit, digits) : "–";
 }
 
+// Angles in degrees.
+function figureAngle(figure, digits = 4) {
+  if (figure.unit !== "rad" || figure.value === null) return figureWords(figure, digits);
+  return `${number((figure.value * 180) / Math.PI, digits)}°`;
+}
+
 function withinTurn(angle) {
   const degrees = ((((angle * 180) / Math.PI) % 360) + 360) % 360;
   return degrees > 360 - 5e-7 ? 0 : degrees;

@@ -83,10 +83,3 @@ function valueOf(column, each) {
   return value === null || value === undefined ? NaN : value;
 }
 const value = (figure) => (figure ? figure.value : null);
-const UNRELIABLE = 0.25; // of kinelast/scene/numbers.py
-// Mark of a figure with a large error, as kinelast/outputs/words.py does it.
-function unreliableMark(figure) {
-  if (!figure?.value) return "";
-  if (figure.unreliable) return " (unreliable)";
-  return figure.error > UNRELIABLE * Math.abs(figure.value) ? " (near zero)" : "";
-}
