@@ -25,7 +25,7 @@ from kinelast.sweep.running import run_plan
 
 COUNT, JOBS = 1_000_000, 2
 POSITIONS = 72
-CHUNK = 4629  # designs, about one second of work
+CHUNK = 2000  # designs, about half a second of work
 BOUNDS = {  # path: lowest and highest value [m]
     "links.crank.length": (0.08, 0.12),
     "links.coupler.length": (0.27, 0.33),

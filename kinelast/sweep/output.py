@@ -41,7 +41,9 @@ MIN_ANNOUNCED = 10.0  # [s] if a sweep is expected to last longer, the expected 
 TRIAL_DESIGNS = 200  # maximum number of designs that are timed to estimate the duration of the sweep
 MAX_PAGED = 1_000_000  # no HTML pages are written if a sweep has more designs
 MIN_DESIGN_TIME = 1e-7  # [s] smallest assumed time per design; avoids a division by zero
-CHUNK_TIME = 1.0  # [s] planned computing time per chunk; if a run is stopped, each core loses at most one chunk
+# [s] planned computing time per chunk; if a run is stopped, each core loses at most one chunk. The arrays of larger
+# chunks do not fit into the cache of the processor.
+CHUNK_TIME = 0.5
 MAX_TRIAL = 0.3  # [s] no further designs are timed if the first design takes longer than this
 ADVICE = "positions or --jobs"
 MAX_REASONS = 20  # the summary contains at most this number of reasons for missing figures, most frequent first

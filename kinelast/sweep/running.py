@@ -113,7 +113,7 @@ def run_plan(
     identity
         Inputs on which the results depend, as JSON data. `run_plan` adds the versions of the software.
     chunk
-        Number of designs per chunk. A chunk should take about one second.
+        Number of designs per chunk. A chunk should take about half a second.
     jobs
         Number of parallel processes. With 1, the chunks are computed in the current process.
     scheduler
