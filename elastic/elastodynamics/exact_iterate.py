@@ -90,7 +90,7 @@ class ExactIterate(Struct, frozen=True, eq=False, dict=True):
 
     @property
     def errors(self) -> tuple[float, float, float]:
-        """Errors of all displacements, of single beams and of section forces, weighted for a common tolerance."""
+        """Errors of all displacements, of single beams and of section forces, divided by the ratios of tolerances."""
         return self.relative_error, self.worst / BEAM_TOLERANCE_RATIO, self.force_residual / FORCE_TOLERANCE_RATIO
 
     @property

@@ -47,13 +47,14 @@ class ExactSettings(Struct, frozen=True):
     max_disturbance: float = 0.1
     # the operator (tangent equations) is reused if a step leaves at most this fraction of the residual
     max_reuse_ratio: float = 0.2
-    # A step at full load has stalled in two cases: it changes no error above the tolerance by more than the fraction
-    # `stalled_change`; or the residual is still more than `stall_ratio` times the residual before the step, and the
-    # change in the step is below `filtered_change` times the residual. The coordinates cannot represent such a
-    # residual. The method ends after `max_stalled` stalled steps in succession.
-    stalled_change: float = 0.1
+    # A step at full load has stalled in two cases. First, the residual is more than `stall_ratio` times the residual
+    # before the step, and the change in the step is below `filtered_change` times the residual; the coordinates cannot
+    # represent such a residual. Second, each error above the tolerance has changed by less than the fraction
+    # `stalled_change`; steps that correct only the coordinates are then not counted, because the next step may reduce
+    # the errors. The method ends after `max_stalled` stalled steps in succession.
     stall_ratio: float = 0.7
     filtered_change: float = 0.3
+    stalled_change: float = 0.1
     max_stalled: int = 2
     # cutoff frequency for the residual response (`ResidualResponse`), relative to that in linearized steps
     newton_cutoff_ratio: float = 0.5

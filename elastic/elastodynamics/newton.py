@@ -122,9 +122,10 @@ def _at_load_level(
 ) -> ExactIterate | None:
     """Solve under the fraction `share` of the loads of the rigid motion.
 
-    Return the iterate with the smallest sum of errors, or None if the first step fails.
+    Return the iterate that meets the tolerance, or else the one with the smallest sum of errors. The sum compares
+    iterates that differ only in their smaller errors. Return None if the first step fails.
     """
-    now, least, stalled_count = guess, np.inf, 0
+    now, lowest, lowest_before, stalled_count = guess, np.inf, np.inf, 0
     operator: Vibration | None = None
     best: ExactIterate | None = None
     last: ExactIterate | None = None
@@ -141,17 +142,23 @@ def _at_load_level(
         change = compared_displacements(after.moved) - compared_displacements(state.now.moved)
         residual_now = compared_displacements(state.change)
         iterate = ExactIterate(state.now, change, residual_now, count, force_residual=state.force_residual)
-        stalled = last is not None and share == 1.0 and _is_stalled(iterate, last, tolerance)
-        stalled_count = stalled_count + 1 if stalled else 0
+        if share == 1.0 and iterate.convergence_error <= tolerance:
+            return iterate
+        lowest = min(lowest, iterate.convergence_error)
         best = iterate if best is None or sum(iterate.errors) < sum(best.errors) else best
-        error = iterate.convergence_error if share == 1.0 else iterate.relative_change
-        diverged = not iterate.convergence_error < EXACT.max_growth * best.convergence_error
-        if error <= tolerance or stalled_count == EXACT.max_stalled or diverged:
+        if last is not None and share == 1.0:
+            if _is_filtered(iterate, last) or (not separate and _is_unchanged(iterate, last, tolerance)):
+                stalled_count += 1
+            elif not _is_unchanged(iterate, last, tolerance):
+                stalled_count = 0
+        done = share < 1.0 and iterate.relative_change <= tolerance
+        diverged = not iterate.convergence_error < EXACT.max_growth * lowest
+        if done or stalled_count == EXACT.max_stalled or diverged:
             break
         if count % EXACT.patience == 0:
-            if not best.convergence_error < EXACT.min_progress * least:
+            if not lowest < EXACT.min_progress * lowest_before:
                 break
-            least = best.convergence_error
+            lowest_before = lowest
         if last is not None and iterate.relative_residual > EXACT.max_reuse_ratio * last.relative_residual:
             operator = None
         last = iterate
@@ -162,13 +169,16 @@ def _at_load_level(
     return best
 
 
-def _is_stalled(now: ExactIterate, before: ExactIterate, tolerance: float) -> bool:
-    """Return whether a step hardly changed the errors above the tolerance, see `ExactSettings.max_stalled`."""
-    residual = now.relative_residual
-    filtered = now.relative_change < EXACT.filtered_change * residual
-    if filtered and residual > EXACT.stall_ratio * before.relative_residual:
-        return True
-    errors, errors_before = np.array(now.errors), np.array(before.errors)
+def _is_filtered(iterate: ExactIterate, before: ExactIterate) -> bool:
+    """Return whether the coordinates cannot represent the residual, see `ExactSettings.max_stalled`."""
+    residual = iterate.relative_residual
+    slow = residual > EXACT.stall_ratio * before.relative_residual
+    return slow and iterate.relative_change < EXACT.filtered_change * residual
+
+
+def _is_unchanged(iterate: ExactIterate, before: ExactIterate, tolerance: float) -> bool:
+    """Return whether all errors above the tolerance have hardly changed, see `ExactSettings.max_stalled`."""
+    errors, errors_before = np.array(iterate.errors), np.array(before.errors)
     same = np.abs(errors - errors_before) < EXACT.stalled_change * errors_before
     return bool((same | (errors <= tolerance)).all())
 

@@ -83,8 +83,8 @@ def answer(
     progress
         Function that is called at each stage of the computation.
     known
-        Solution with vibration at other positions, if known. Vibration with small displacements is then not solved
-        again.
+        Solution with vibration at other positions, if known. It is used if its displacements are small. Vibration is
+        then not solved again.
 
     Raises
     ------
@@ -349,11 +349,12 @@ class _Theories(Answers, frozen=True, eq=False, dict=True):
         """Measure the errors of an exact answer, or estimate them if the bounds on discretization errors are small.
 
         If a finer answer would take too long, or if the iteration of the exact answer did not converge, the coarser
-        answer measures the errors.
+        answer measures the errors. Without one, they are estimated.
         """
         if exact.exact is None or not self._worth_measuring(exact, wanted):
             return {}, estimated_errors_of_exact(exact)
-        if exact.elements * exact.coordinates**2 > THEORY.max_finer_work or exact.exact.worst > wanted:
+        unconverged = exact.exact.worst > max(wanted, THEORY.max_unconverged)
+        if unconverged or exact.elements * exact.coordinates**2 > THEORY.max_finer_work:
             return errors_by_coarser(exact)
         self._report(4, "error in time and coordinates")
         return errors_of_exact(exact, tolerance, finer, begun)

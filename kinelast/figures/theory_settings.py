@@ -43,6 +43,8 @@ class TheorySettings(Struct, frozen=True):
     # errors of geometrically exact answers
     # largest value of elements * coordinates^2 for which a finer answer is computed, which then takes about a minute
     max_finer_work: float = 60_000
+    # a finer answer is not computed if the error of the iteration exceeds this, which is not relative to the accuracy
+    max_unconverged: float = 0.1
     # a finer answer has converged if the error of its iteration is below this fraction of that of the answer
     max_converged_ratio: float = 0.5
     max_finer_error: float = 10.0  # a finer answer is not used if it converges worse than the answer by this factor
