@@ -147,9 +147,10 @@ def _at_load_level(
         lowest = min(lowest, iterate.convergence_error)
         best = iterate if best is None or sum(iterate.errors) < sum(best.errors) else best
         if last is not None and share == 1.0:
-            if _is_filtered(iterate, last) or (not separate and _is_unchanged(iterate, last, tolerance)):
+            unchanged = _is_unchanged(iterate, last, tolerance)
+            if _is_filtered(iterate, last) or (unchanged and not separate):
                 stalled_count += 1
-            elif not _is_unchanged(iterate, last, tolerance):
+            elif not unchanged:
                 stalled_count = 0
         done = share < 1.0 and iterate.relative_change <= tolerance
         diverged = not iterate.convergence_error < EXACT.max_growth * lowest

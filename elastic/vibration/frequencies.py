@@ -113,10 +113,11 @@ def natural_frequencies(
     size = max(len(each.position) for each in solved)
     omega, position = np.full((modes, len(solved), size), np.nan), np.full((len(solved), size), -1)
     for row, each in enumerate(solved):
-        count = len(each.position)
-        omega[:, row, :count], position[row, :count] = each.omega, each.position
-    position = position if searched else chosen
-    return Frequencies(omega, position, max(each.change for each in solved), max(each.inner for each in solved))
+        own = slice(len(each.position))
+        omega[:, row, own], position[row, own] = each.omega, each.position
+    return Frequencies(
+        omega, position if searched else chosen, max(each.change for each in solved), max(each.inner for each in solved)
+    )
 
 
 def _with_minimum(
