@@ -18,10 +18,10 @@ from typing import Any
 import msgspec.inspect as types
 
 from kinelast.scene.format import ChainTable, SceneTable
-from kinelast.scene.quantities import Direction, Sizes
-from kinelast.scene.units import Quantity
 from kinelast.tasks.request import Batch, Request, options_of
 from kinelast.tasks.task import shipped_scenes, shipped_structures
+from kinelast.values.quantities import Direction, Sizes
+from kinelast.values.units import Quantity
 
 HOW = ("right", "at a bound", "spoilt")
 CHANCES = (7, 3, 1)  # relative frequency of each

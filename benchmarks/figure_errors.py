@@ -34,7 +34,7 @@ from kinelast.figures.measures import magnitudes
 from kinelast.figures.results import Results
 from kinelast.figures.theory import _Theories, _vibrating, answer
 from kinelast.scene.data import ACCURACY, Scene, scene_deflection, scene_motion
-from kinelast.scene.error import SceneError
+from kinelast.values.error import SceneError
 from rigid import MechanismError, Reals
 
 COUNT, SECONDS, SEED = 300, 200.0, 1919

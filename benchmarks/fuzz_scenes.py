@@ -33,8 +33,8 @@ from drawn_scenes import drawn_case
 from kinelast.cli.command import main
 from kinelast.figures.registry import figures_of
 from kinelast.outputs.table import csv_rows
-from kinelast.scene.figure import LEAST
 from kinelast.tasks.task import shipped_scenes, shipped_structures
+from kinelast.values.figure import LEAST
 
 SECONDS = 20  # processor time of a case; its wall time is limited to ten times as much
 MAX_MEMORY = 8 << 30  # of a process [bytes]

@@ -37,9 +37,9 @@ from kinelast.figures.results import Results
 from kinelast.runs import computed
 from kinelast.scene.data import ELASTODYNAMIC, GEOMETRICALLY_EXACT, QUASI_STATIC, scene_deflection, scene_motion
 from kinelast.scene.document import scene_from_text
-from kinelast.scene.error import SceneError
-from kinelast.scene.figure import LEAST, MOST
 from kinelast.tasks.request import Request, RequestError
+from kinelast.values.error import SceneError
+from kinelast.values.figure import LEAST, MOST
 from rigid import MechanismError
 
 SEED, SCENES = 33, 10_000

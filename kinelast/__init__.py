@@ -11,9 +11,9 @@ if TYPE_CHECKING:
     from kinelast.scene.course import Run
     from kinelast.scene.data import Scene, scene_motion
     from kinelast.scene.document import Document, read_document, read_scene, scene_from_dict, scene_from_text
-    from kinelast.scene.error import SceneError
     from kinelast.structure.output import StructureScene, read_structure, structure_from_text
     from kinelast.tasks.task import shipped_scenes, shipped_structures
+    from kinelast.values.error import SceneError
 
 __all__ = [
     "Document", "Run", "Scene", "SceneError", "StructureScene", "__version__", "answer", "deflection", "film", "live",
@@ -34,7 +34,7 @@ _HOME = {
     "scene.course": ("Run",),
     "scene.data": ("Scene", "scene_motion"),
     "scene.document": ("Document", "read_document", "read_scene", "scene_from_dict", "scene_from_text"),
-    "scene.error": ("SceneError",),
+    "values.error": ("SceneError",),
     "tasks.task": ("shipped_scenes", "shipped_structures"),
     "structure.output": ("StructureScene", "read_structure", "structure_from_text"),
 }

@@ -26,12 +26,12 @@ from kinelast.outputs.positions import motion_table, position_table
 from kinelast.outputs.table import Column
 from kinelast.scene.data import Scene, require_reached, require_tables, scene_deflection
 from kinelast.scene.document import Document, document_from_dict
-from kinelast.scene.error import SceneError
-from kinelast.scene.figure import LEAST, Figure, Limit, items_of
 from kinelast.scene.limits import tolerance
 from kinelast.scene.parsing import read_toml
 from kinelast.scene.text import reader_in
 from kinelast.scene.variables import numbers, place_of
+from kinelast.values.error import SceneError
+from kinelast.values.figure import LEAST, Figure, Limit, items_of
 from live.edit import BARE
 from live.marks import drawn_marks, sheet
 from live.picture import picture

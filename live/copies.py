@@ -9,7 +9,7 @@ from cmath import rect
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from kinelast.scene.units import Quantity
+from kinelast.values.units import Quantity
 from live.parts import EditError, Tables, along, drawn, fix, ground_points, new_name, opposite, points_of, with_points
 from live.text import with_table, with_value
 from rigid import GROUND

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from kinelast.scene.drives import motion_table
-from kinelast.scene.units import Quantity
+from kinelast.values.units import Quantity
 from live import parts as edits
 from live.parts import EditError, Tables, drawn, points_of
 from live.text import with_table, with_value, without

@@ -16,7 +16,7 @@ from kinelast.scene.document import document_from_text
 from kinelast.scene.links import in_order
 from kinelast.scene.parsing import read_toml
 from kinelast.scene.text import reader_in
-from kinelast.scene.units import Quantity, written_like
+from kinelast.values.units import Quantity, written_like
 from live import parts
 from live.copies import copy
 from live.drives import add_cylinder, add_drive, add_gear, set_law, with_cylinders

@@ -6,8 +6,8 @@ from pathlib import Path
 from msgspec import Struct
 
 from kinelast.outputs.outbox import put
-from kinelast.scene.error import MissingFileError, SceneError
 from kinelast.scene.text import decoded, file_bytes
+from kinelast.values.error import MissingFileError, SceneError
 
 MISSING = "missing"
 UNREADABLE = "unreadable"

@@ -9,7 +9,7 @@ from typing import Any
 
 from kinelast.scene.parts import PARTS
 from kinelast.scene.tables import PER_LENGTH
-from kinelast.scene.units import Quantity
+from kinelast.values.units import Quantity
 from live.text import with_table, with_value, without
 from rigid import GROUND
 

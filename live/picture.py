@@ -11,7 +11,7 @@ from elastic import Deflection, displacement_of, sample
 from kinelast.outputs.table import Column
 from kinelast.scene.data import Scene
 from kinelast.scene.drives import DriveEffort
-from kinelast.scene.figure import drive_words
+from kinelast.values.figure import drive_words
 from live.marks import scene_marks
 
 STATIONS = np.linspace(0.0, 1.0, 9)

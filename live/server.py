@@ -27,11 +27,11 @@ from starlette.requests import Request
 from starlette.responses import JSONResponse, Response
 from starlette.routing import Route
 
-from kinelast.scene.error import MissingFileError, SceneError
 from kinelast.scene.library import library_entries
 from kinelast.scene.parts import PARTS
 from kinelast.scene.text import PAGES, file_text
 from kinelast.tasks.task import foreign_words, shipped_scenes
+from kinelast.values.error import MissingFileError, SceneError
 from live.answer import Memory, quick_answer
 from live.drives import MOTIONS
 from live.edit import EMPTY, edited

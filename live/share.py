@@ -4,8 +4,8 @@ import zlib
 from base64 import b64encode, urlsafe_b64decode
 from hashlib import sha256
 
-from kinelast.scene.error import SceneError
 from kinelast.scene.text import LARGEST_FILE, decoded
+from kinelast.values.error import SceneError
 
 MARK = "#scene="
 

@@ -10,9 +10,9 @@ from typing import Any
 from msgspec import Struct
 
 from kinelast.scene.document import mistakes_in
-from kinelast.scene.error import SceneError
 from kinelast.scene.mistakes import path_of
 from kinelast.scene.sections import Read
+from kinelast.values.error import SceneError
 
 Path = tuple[str | int, ...]
 Span = tuple[int, int]

@@ -22,10 +22,10 @@ from kinelast.outputs.table import Column, Table, csv_bytes
 from kinelast.runs import computed
 from kinelast.scene.data import scene_motion
 from kinelast.scene.document import scene_from_text
-from kinelast.scene.error import SceneError
-from kinelast.scene.reading import Reader
 from kinelast.tasks.request import Request
 from kinelast.tasks.task import shipped_scenes
+from kinelast.values.error import SceneError
+from kinelast.values.reading import Reader
 
 STEEL = shipped_scenes()["steel_four_bar"].read_text().replace("accuracy", "# accuracy")
 SLOW = STEEL.replace('speed = "100 rad/s"', 'speed = "10 rad/s"')  # vibration is a fraction of a per cent

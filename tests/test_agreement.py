@@ -36,14 +36,14 @@ from kinelast.figures.summary import summary
 from kinelast.outputs.speeds import speed_figures
 from kinelast.runs import by_theory, computed, long_results
 from kinelast.scene.document import document_from_text
-from kinelast.scene.error import SceneError
-from kinelast.scene.figure import AVERAGE, LARGEST, LEAST, NOISE, Limit
 from kinelast.scene.parsing import parse_toml
 from kinelast.scene.parts import PARTS
 from kinelast.scene.tables import LimitsTable
 from kinelast.scene.text import file_text
 from kinelast.tasks.progress import SILENT
 from kinelast.tasks.request import Request
+from kinelast.values.error import SceneError
+from kinelast.values.figure import AVERAGE, LARGEST, LEAST, NOISE, Limit
 from live.answer import quick_answer
 from rigid import posture
 from rigid.kinematics import repeated

@@ -19,7 +19,6 @@ from kinelast.figures.peaks import run_figures
 from kinelast.figures.trust import findings
 from kinelast.runs import computed
 from kinelast.scene.data import scene_deflection, scene_motion
-from kinelast.scene.error import SceneError
 from kinelast.scene.parts.cam_courses import (
     cam_flanks,
     cam_force,
@@ -29,6 +28,7 @@ from kinelast.scene.parts.cam_courses import (
     force_by_vibration,
 )
 from kinelast.tasks.request import Request
+from kinelast.values.error import SceneError
 from machine.cams import OUTER, Cam, cam_flank, contact_modulus, cut_depth, line_pressure
 from machine.drives import inertia_force, inertia_moment
 from rigid import drive_efforts, reactions

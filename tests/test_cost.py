@@ -20,10 +20,10 @@ from kinelast.figures.speeds import speeds
 from kinelast.runs import computed
 from kinelast.scene.data import scene_deflection, scene_motion
 from kinelast.scene.document import document_from_text, scene_from_text
-from kinelast.scene.error import SceneError
 from kinelast.structure import structure_text
 from kinelast.tasks.progress import Progress
 from kinelast.tasks.request import Request
+from kinelast.values.error import SceneError
 from rigid import Link, Lump, Mechanism, PinDrive, motion
 from rigid.dynamics import Effort, ForwardError, forward
 from rigid.topology import Contact

@@ -27,9 +27,9 @@ from kinelast.outputs.print_page import MARGIN, Paragraph
 from kinelast.outputs.words import MAX_NAMED, error_words, verdict_words
 from kinelast.runs import computed
 from kinelast.scene.data import GEOMETRICALLY_EXACT
-from kinelast.scene.figure import Limit
-from kinelast.scene.reading import reading
 from kinelast.tasks.request import Request
+from kinelast.values.figure import Limit
+from kinelast.values.reading import reading
 
 CASES = Path(__file__).parent / "data" / "cases"
 YIELDS = "drs_push_up"  # 8 times its yield strength, without limits

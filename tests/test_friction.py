@@ -15,7 +15,7 @@ from elastic import Section, deflection
 from fem_check import compare, solve
 from kinelast.scene.data import scene_motion
 from kinelast.scene.document import scene_from_text
-from kinelast.scene.error import SceneError
+from kinelast.values.error import SceneError
 from rigid import (
     Beam,
     Friction,

@@ -15,13 +15,13 @@ from kinelast.figures.reserves import breaks_first
 from kinelast.figures.summary import summary
 from kinelast.runs import computed, long_results, require_chunk
 from kinelast.scene.document import document_of, scene_from_text
-from kinelast.scene.error import SceneError
-from kinelast.scene.numbers import quantity
 from kinelast.scene.parts import PARTS as PARTS_OF_MACHINES
 from kinelast.scene.parts.bearings import BEARINGS
 from kinelast.scene.parts.fatigue import FATIGUE as LIFE
 from kinelast.scene.parts.fatigue import beam_fatigue
 from kinelast.tasks.request import Request
+from kinelast.values.error import SceneError
+from kinelast.values.numbers import quantity
 from machine.joints import SLIP_RANGE
 from tests.scene_texts import SLIDER_CRANK
 

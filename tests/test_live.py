@@ -26,9 +26,9 @@ import kinelast.tasks.task
 from kinelast import deflection, read_document, scene_from_dict, scene_from_text
 from kinelast.cli.command import main
 from kinelast.scene.course import CourseByLaws
-from kinelast.scene.error import SceneError
 from kinelast.scene.tables import Curve
 from kinelast.tasks.task import shipped_scenes
+from kinelast.values.error import SceneError
 from live.answer import Memory, quick_answer
 from live.drives import MOTIONS
 from live.edit import EMPTY, edited, start_of

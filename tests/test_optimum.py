@@ -8,7 +8,7 @@ from scipy.optimize import brentq
 from kinelast.designs.linearization import linearized
 from kinelast.designs.optimum import optimum
 from kinelast.designs.problem import DesignProblem
-from kinelast.scene.figure import Limit
+from kinelast.values.figure import Limit
 
 
 def problem(columns, low, high, figure="cost", **more):

@@ -19,9 +19,9 @@ from kinelast.cli.command import main
 from kinelast.outputs.page import data
 from kinelast.runs import computed
 from kinelast.scene.document import read_scene
-from kinelast.scene.numbers import number, quantity
 from kinelast.tasks.request import Request
 from kinelast.tasks.task import shipped_scenes
+from kinelast.values.numbers import number, quantity
 from rigid import acceleration_of, position_of, velocity_of
 
 STATIONS = np.array([0.0, 0.21, 0.5, 0.77, 1.0])

@@ -11,8 +11,8 @@ from browser import Page, accessibility_faults
 from scene_texts import PARALLELOGRAM
 
 from kinelast.cli.command import main
-from kinelast.scene.numbers import number
 from kinelast.tasks.task import shipped_scenes
+from kinelast.values.numbers import number
 
 STEEL = shipped_scenes()["steel_four_bar"].read_text().replace("accuracy", "# accuracy")
 SHOW = "document.getElementById('stage').scrollIntoView({behavior: 'instant', block: 'center'});"

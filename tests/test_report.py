@@ -31,9 +31,9 @@ from kinelast.outputs.pictures import mechanism_drawing
 from kinelast.runs import computed
 from kinelast.scene.data import scene_motion
 from kinelast.scene.document import scene_from_dict, scene_from_text
-from kinelast.scene.numbers import number, quantity, round_down, round_up, ticks
 from kinelast.tasks.request import Request
 from kinelast.tasks.task import shipped_scenes
+from kinelast.values.numbers import number, quantity, round_down, round_up, ticks
 
 VOID = {"meta", "img", "br", "link"}
 HANGING = tomllib.loads(

@@ -16,9 +16,9 @@ from scene_texts import FALLING, FOUR_BAR, MESH, QUICK_RETURN, SLIDER_CRANK, SWI
 from kinelast.scene.course import IntegratedCourse
 from kinelast.scene.data import scene_motion
 from kinelast.scene.document import read_scene, scene_from_dict, scene_from_text
-from kinelast.scene.error import SceneError
-from kinelast.scene.quantities import BendingRigidity, Force, ForcePerLength, Moment, Stiffness, TurnCompliance
 from kinelast.structure.output import structure_from_dict
+from kinelast.values.error import SceneError
+from kinelast.values.quantities import BendingRigidity, Force, ForcePerLength, Moment, Stiffness, TurnCompliance
 
 CRANK = '[links.crank]\npoints = ["O", "A"]\n'
 LOAD = '[[loads]]\nlink = "rocker"\n'

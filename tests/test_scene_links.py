@@ -17,8 +17,9 @@ from kinelast.figures.summary import summary
 from kinelast.runs import computed
 from kinelast.scene.data import scene_motion
 from kinelast.scene.document import document_from_text, scene_from_dict, scene_from_text
-from kinelast.scene.error import SceneError
-from kinelast.scene.quantities import (
+from kinelast.tasks.request import Request
+from kinelast.values.error import SceneError
+from kinelast.values.quantities import (
     AngleOrLength,
     Density,
     Direction,
@@ -30,7 +31,6 @@ from kinelast.scene.quantities import (
     Speed,
     Stress,
 )
-from kinelast.tasks.request import Request
 from rigid import position_of
 
 BAR_AREA, BAR_I = 6e-5, 0.01 * 0.006**3 / 12

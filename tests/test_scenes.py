@@ -14,12 +14,12 @@ from tiers import in_tiers
 from elastic import deflection, sample
 from kinelast.scene.data import scene_motion
 from kinelast.scene.document import read_scene, scene_from_text
-from kinelast.scene.error import SceneError
-from kinelast.scene.quantities import AngleOrLength
 from kinelast.scene.schema import SCHEMAS, key_words, scene_schema, subtables
 from kinelast.scene.tables import StrictTable
-from kinelast.scene.units import COMMON_FACTORS, registry
 from kinelast.tasks.task import shipped_scenes, shipped_structures
+from kinelast.values.error import SceneError
+from kinelast.values.quantities import AngleOrLength
+from kinelast.values.units import COMMON_FACTORS, registry
 from rigid import LineLoad, PinDrive, PointLoad, SliderDrive, position_of
 
 

@@ -10,7 +10,7 @@ from kinelast.cli.command import main
 from kinelast.figures.report_sections import law_figures
 from kinelast.scene.data import scene_motion
 from kinelast.scene.document import scene_from_text
-from kinelast.scene.error import SceneError
+from kinelast.values.error import SceneError
 from rigid import drive_efforts, position_of, reactions
 from rigid.analysis import LinkAngle, Slide
 

@@ -17,9 +17,9 @@ from kinelast.cli.command import main
 from kinelast.designs import evaluate
 from kinelast.scene.data import scene_motion
 from kinelast.scene.document import scene_from_text
-from kinelast.scene.error import SceneError
 from kinelast.scene.format import Dimensioned, SectionTable
 from kinelast.scene.library import library_entries, named_material, named_section
+from kinelast.values.error import SceneError
 from rigid.analysis import Slide
 from rigid.constants import mass_moments
 

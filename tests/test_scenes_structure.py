@@ -9,8 +9,8 @@ from scene_texts import FOUR_BAR, edited
 
 from kinelast.cli.command import main
 from kinelast.scene.document import scene_from_text
-from kinelast.scene.error import SceneError
 from kinelast.structure.output import structure_from_text
+from kinelast.values.error import SceneError
 from rigid import assur_groups
 from rigid.topology import mechanism_mobility
 

@@ -13,8 +13,8 @@ from elastic.assessment import rest_from, settling_time
 from kinelast.cli.command import main
 from kinelast.runs import computed
 from kinelast.scene.document import scene_from_text
-from kinelast.scene.error import SceneError
 from kinelast.tasks.request import Request
+from kinelast.values.error import SceneError
 
 LENGTH, MASS, RATIO, DURATION, ANGLE = 0.5, 0.3, 0.05, 0.03, math.radians(1.0)
 # An almost massless bar clamped to a drive, with a tip mass: one mode.

@@ -20,9 +20,9 @@ from kinelast.designs.tolerances import accuracy_figures
 from kinelast.outputs.sensitivities import PrintedSensitivities
 from kinelast.outputs.studies import words
 from kinelast.scene.document import document_from_text, document_of, scene_from_dict
-from kinelast.scene.error import SceneError
 from kinelast.scene.parsing import parse_toml
 from kinelast.tasks.progress import Progress
+from kinelast.values.error import SceneError
 
 L, WIDTH, E, DENSITY, TIP = 0.3, 10e-3, 70e9, 2700.0, 0.2
 ARM = """

@@ -21,9 +21,9 @@ from kinelast.designs.problem import optimization_task, tolerance_task
 from kinelast.designs.search import batched
 from kinelast.outputs.sensitivities import Bars, bars_svg
 from kinelast.scene.document import document_from_text, read_document
-from kinelast.scene.error import SceneError
-from kinelast.scene.numbers import quantity
 from kinelast.scene.variables import numbers
+from kinelast.values.error import SceneError
+from kinelast.values.numbers import quantity
 
 STUDIES = """
 [tolerances]

@@ -14,7 +14,7 @@ from fem_check import compare, solve
 from kinelast.runs import require_on_beams
 from kinelast.scene.data import scene_motion
 from kinelast.scene.document import scene_from_text
-from kinelast.scene.error import SceneError
+from kinelast.values.error import SceneError
 from rigid import Beam, Friction, Link, Mechanism, MechanismError, PinDrive, PointLoad, Slider, motion
 
 LENGTH = 0.6

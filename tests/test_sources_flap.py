@@ -8,7 +8,7 @@ from sources import number, shipped, three_ways
 
 from kinelast.scene.data import scene_motion
 from kinelast.scene.document import scene_from_text
-from kinelast.scene.error import SceneError
+from kinelast.values.error import SceneError
 from rigid import acceleration_of, drive_efforts, motion, position_of, reactions
 from rigid.analysis import LinkAngle
 from rigid.dynamics import reduced_inertia

@@ -4,9 +4,9 @@ import pytest
 
 from kinelast.cli.command import main
 from kinelast.scene.document import read_scene
-from kinelast.scene.error import SceneError
 from kinelast.structure.output import read_structure
 from kinelast.tasks.task import shipped_structures
+from kinelast.values.error import SceneError
 from rigid.topology import (
     Action,
     cyclomatic_number,

@@ -25,9 +25,9 @@ from kinelast.figures.speed_limits import SpeedLimit
 from kinelast.figures.speeds import FIGURE_OF_FIELD, SpeedPeak, Speeds, _SearchProgress, speeds
 from kinelast.outputs.speeds import _words, limit_words, speed_figures
 from kinelast.scene.document import read_scene, scene_from_text
-from kinelast.scene.error import SceneError
 from kinelast.tasks.progress import Progress
 from kinelast.tasks.task import shipped_scenes
+from kinelast.values.error import SceneError
 
 # A drawn four-bar with little damping; its 5th harmonic meets the first mode near 455 rad/s.
 LIGHTLY_DAMPED = """

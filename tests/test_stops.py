@@ -14,8 +14,8 @@ from kinelast.figures.limits import acceptance
 from kinelast.figures.results import results_in_full
 from kinelast.figures.summary import summary
 from kinelast.scene.document import document_from_text
-from kinelast.scene.error import SceneError
 from kinelast.scene.parts import symbols_of
+from kinelast.values.error import SceneError
 from live.edit import EditError
 from live.edit import edited as changed
 from rigid import motion, position_of

@@ -49,10 +49,10 @@ from kinelast.figures.trust import findings
 from kinelast.outputs.words import further_checks, reached_words
 from kinelast.runs import computed
 from kinelast.scene.data import ELASTODYNAMIC, GEOMETRICALLY_EXACT, QUASI_STATIC, scene_deflection
-from kinelast.scene.error import SceneError
-from kinelast.scene.reading import Reader
 from kinelast.tasks.progress import Progress
 from kinelast.tasks.request import Request
+from kinelast.values.error import SceneError
+from kinelast.values.reading import Reader
 from rigid import with_rates
 
 DATA = Path(__file__).parent / "data"

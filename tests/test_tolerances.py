@@ -11,7 +11,7 @@ from kinelast.designs.full_sample import FullColumn
 from kinelast.designs.sensitivities import sensitivities
 from kinelast.designs.tolerances import Tolerance, first_order, kept_share, scatter, variance_shares
 from kinelast.figures.limits import Judgement
-from kinelast.scene.figure import Limit
+from kinelast.values.figure import Limit
 
 
 def test_the_deviation_of_a_sum_is_the_root_of_squares():

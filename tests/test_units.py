@@ -13,9 +13,9 @@ from kinelast import scene_from_text
 from kinelast.cli.command import main
 from kinelast.scene.data import scene_motion
 from kinelast.scene.document import document_from_text
-from kinelast.scene.error import SceneError
-from kinelast.scene.numbers import RAISED, coordinate, quantity, with_limit
-from kinelast.scene.units import Quantity
+from kinelast.values.error import SceneError
+from kinelast.values.numbers import RAISED, coordinate, quantity, with_limit
+from kinelast.values.units import Quantity
 from rigid import LineLoad, PinDrive, PointLoad
 
 EPS = np.finfo(float).eps

@@ -12,8 +12,8 @@ from kinelast.figures.measures import magnitudes
 from kinelast.runs import computed
 from kinelast.scene.data import ELASTODYNAMIC
 from kinelast.scene.document import scene_from_text
-from kinelast.scene.figure import LARGEST
 from kinelast.tasks.request import Request
+from kinelast.values.figure import LARGEST
 
 
 @pytest.mark.parametrize("number", [20, 26, 31, 33, 34, 42, 48])

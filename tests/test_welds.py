@@ -16,7 +16,7 @@ from kinelast import shipped_scenes
 from kinelast.designs import evaluate
 from kinelast.scene.data import scene_motion
 from kinelast.scene.document import document_from_text, scene_from_text
-from kinelast.scene.error import SceneError
+from kinelast.values.error import SceneError
 from rigid import Beam, Link, Mechanism, MechanismError, PinDrive, PointLoad, Weld, drive_efforts, motion, reactions
 from rigid.analysis import transmission_angles
 from rigid.decomposition import assur_groups

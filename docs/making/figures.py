@@ -6,8 +6,8 @@ from elastic import FIELDS
 from kinelast import read_scene, shipped_scenes
 from kinelast.figures.registry import figures_of
 from kinelast.scene.data import Scene
-from kinelast.scene.figure import Figure
 from kinelast.scene.limits import Output
+from kinelast.values.figure import Figure
 
 INTRO = """# Figures
 

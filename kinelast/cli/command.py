@@ -21,10 +21,10 @@ from msgspec.structs import replace
 
 from kinelast.cli.instead import instead_of_reports
 from kinelast.cli.terminal import Sentences, fill_closed_streams, listener, parsed, say
-from kinelast.scene.error import SceneError, plain
 from kinelast.tasks.progress import SILENT, Progress, StoppedError, ignored_interrupts, signals_held_back, stoppable
 from kinelast.tasks.request import Batch, Request, RequestError
 from kinelast.tasks.task import BAD_INPUT, BUG, FAILED, FINE, Outcome, Task, missing_package, result_names, scene_paths
+from kinelast.values.error import SceneError, plain
 
 if TYPE_CHECKING:
     from kinelast.tasks.processes import Lost

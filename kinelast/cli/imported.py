@@ -13,8 +13,8 @@ from exchange import Drive, ExchangeError, ForeignMechanism, of_text, scene_text
 from kinelast.outputs.exported import exchanged
 from kinelast.scene.data import Scene, scene_motion
 from kinelast.scene.document import scene_from_text
-from kinelast.scene.error import SceneError, plain
 from kinelast.scene.tables import PER_LENGTH
+from kinelast.values.error import SceneError, plain
 from rigid import Mechanism, MechanismError, motion, reachable
 
 # (distance of each limit of an oscillating drive from the nearest stop of the mechanism) / (range between the stops)

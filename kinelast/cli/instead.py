@@ -15,7 +15,6 @@ from typing import TYPE_CHECKING
 
 from kinelast import __version__
 from kinelast.cli.terminal import say
-from kinelast.scene.error import likely, plain
 from kinelast.tasks.request import Batch, RequestError
 from kinelast.tasks.task import (
     CHECK_FAILED,
@@ -26,6 +25,7 @@ from kinelast.tasks.task import (
     shipped_scenes,
     shipped_structures,
 )
+from kinelast.values.error import likely, plain
 
 if TYPE_CHECKING:
     from kinelast.cli.imported import Imported

@@ -9,10 +9,10 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from typing import Any, NoReturn, TextIO
 
-from kinelast.scene.error import likely, plain
 from kinelast.tasks import Option, OptionError, are_checks
 from kinelast.tasks.progress import SILENT, Progress
 from kinelast.tasks.request import GROUPS, Batch, Request, options_of
+from kinelast.values.error import likely, plain
 
 EPILOG = """\
 exit status: 0 success, 1 a limit is not met or cannot be judged, a requested accuracy is not reached, or a check

@@ -19,12 +19,13 @@ from kinelast.figures.limits import limits_kept
 from kinelast.figures.measures import Measure, chosen, measures_of
 from kinelast.figures.output import output_of
 from kinelast.figures.registry import figures_of, limits_of
-from kinelast.scene import figure, joints, limits, quantities, units, variables
+from kinelast.scene import joints, limits, variables
 from kinelast.scene.course import CourseByLaws
 from kinelast.scene.data import Scene
 from kinelast.scene.document import Document
 from kinelast.scene.format import SceneTable
 from kinelast.scene.parts import PARTS
+from kinelast.values import figure, quantities, units
 from rigid import structure
 from rigid.arrays import Integers, Reals, distinct
 from rigid.plane import unit

@@ -17,9 +17,9 @@ from kinelast.figures.results import Results, at_breaks
 from kinelast.scene.build import built
 from kinelast.scene.data import Scene, scene_deflection, scene_motion
 from kinelast.scene.document import Document, Tables, document_of
-from kinelast.scene.error import SceneError
-from kinelast.scene.figure import Figure
 from kinelast.tasks.progress import SILENT, Progress
+from kinelast.values.error import SceneError
+from kinelast.values.figure import Figure
 from rigid import MechanismError, Reals, TableError, posture
 from rigid.arrays import Integers
 from rigid.chunks import columns_of

@@ -23,12 +23,12 @@ from kinelast.figures.output import output_of
 from kinelast.figures.registry import limits_of
 from kinelast.scene.data import Scene
 from kinelast.scene.document import Document, Tables, document_of
-from kinelast.scene.error import fault, known_name
-from kinelast.scene.figure import Figure
 from kinelast.scene.format import SceneTable
 from kinelast.scene.limits import Output
-from kinelast.scene.numbers import with_limit
 from kinelast.tasks.progress import SILENT, Progress
+from kinelast.values.error import fault, known_name
+from kinelast.values.figure import Figure
+from kinelast.values.numbers import with_limit
 
 MAX_ROUNDS = 6  # maximum number of rounds of an optimization; each round computes a full answer and adjusts the bounds
 GROWTH = 16.0  # from the fourth round on, each round multiplies `SPARE`, the extra margin to the limits, by this factor

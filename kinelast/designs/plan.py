@@ -17,10 +17,10 @@ import numpy as np
 from msgspec import Struct
 
 from kinelast.scene import document, sections, tables, variables
-from kinelast.scene.error import fault, plain
 from kinelast.scene.format import SceneTable
 from kinelast.scene.limits import ends, varied
 from kinelast.scene.text import COLUMNS, reader_in
+from kinelast.values.error import fault, plain
 from rigid import Reals
 
 MAX_DESIGNS = 10**18

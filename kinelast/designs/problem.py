@@ -18,12 +18,12 @@ from kinelast.designs.sensitivities import FiguresOf
 from kinelast.designs.tolerances import Tolerance
 from kinelast.figures.limits import Judgement, elastic_limits, limits_of_items
 from kinelast.scene.document import Document
-from kinelast.scene.error import fault, known_name
-from kinelast.scene.figure import Limit
 from kinelast.scene.format import SceneTable
 from kinelast.scene.limits import bounds, figure_bounds, tolerance
 from kinelast.scene.tables import PER_LENGTH
 from kinelast.scene.variables import Variable
+from kinelast.values.error import fault, known_name
+from kinelast.values.figure import Limit
 from rigid.arrays import Reals
 
 SPARE = 1e-4  # extra margin relative to the limit, because the error changes with the design

@@ -21,12 +21,12 @@ from kinelast.figures.full_answer import FullAnswer, full_answer
 from kinelast.figures.limits import LIMITS_KEPT, LIMITS_MARGIN, limits_of_items
 from kinelast.scene.data import scene_motion
 from kinelast.scene.document import Document, Tables, document_of
-from kinelast.scene.error import fault
-from kinelast.scene.figure import Figure
 from kinelast.scene.format import SceneTable
 from kinelast.scene.limits import sets_limit
 from kinelast.scene.variables import Variable, numbers
 from kinelast.tasks.progress import SILENT, Progress
+from kinelast.values.error import fault
+from kinelast.values.figure import Figure
 
 # These tables of a scene do not describe the machine. By default, a sensitivity study does not vary their input values.
 NOT_NUMBERS = ("run", "limits", "sensitivities", "tolerances", "optimize", "sweep")

@@ -22,9 +22,9 @@ from kinelast.figures.cycle import Cycle
 from kinelast.figures.full_answer import FullAnswer
 from kinelast.figures.limits import UNKNOWN, Judgement
 from kinelast.figures.refusals import STRENGTH
-from kinelast.scene.figure import FIXED, OUTPUT_ERROR, SCENE, Figure, fixed, largest_of, whole
 from kinelast.scene.limits import Output
 from kinelast.scene.variables import Variable
+from kinelast.values.figure import FIXED, OUTPUT_ERROR, SCENE, Figure, fixed, largest_of, whole
 from rigid import Motion, position_of
 from rigid.arrays import Complexes, Numbers, Reals
 

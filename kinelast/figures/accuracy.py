@@ -14,9 +14,9 @@ from kinelast.figures.main_figures import HEADLINE, MainFigure
 from kinelast.figures.peaks import greatest
 from kinelast.figures.results import Results
 from kinelast.scene.data import GEOMETRICALLY_EXACT
-from kinelast.scene.figure import OUTPUT_ERROR
-from kinelast.scene.numbers import MINUS, capitalized, error_percent, percent
-from kinelast.scene.reading import CAUTION, GOOD, POOR, Finding, known
+from kinelast.values.figure import OUTPUT_ERROR
+from kinelast.values.numbers import MINUS, capitalized, error_percent, percent
+from kinelast.values.reading import CAUTION, GOOD, POOR, Finding, known
 
 HEADING = "Accuracy"
 CHANGED = "the main deflections, stresses and forces"  # words for the figures of which `Answer.missed` is the change

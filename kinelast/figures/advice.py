@@ -13,7 +13,7 @@ from kinelast.figures import figure_error
 from kinelast.figures.checks import POSITIONS, nonlinear_refusal
 from kinelast.figures.figure_error import FigureError
 from kinelast.scene.data import GEOMETRICALLY_EXACT
-from kinelast.scene.numbers import percent
+from kinelast.values.numbers import percent
 
 if TYPE_CHECKING:
     from kinelast.figures.answer import Answer

@@ -19,7 +19,7 @@ from kinelast.figures.errors import Estimate, figure_errors
 from kinelast.figures.figure_error import BETWEEN, TIME, FigureError
 from kinelast.figures.main_figures import MainFigure, worst_of
 from kinelast.scene.data import ACCURACY, QUASI_STATIC
-from kinelast.scene.figure import Figure
+from kinelast.values.figure import Figure
 from rigid.arrays import Complexes, Numbers, Reals, distinct
 
 SAFE_SHARE = 0.8  # largest estimated error of a time history, relative to the accuracy; estimates are within about 20 %

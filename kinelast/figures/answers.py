@@ -24,7 +24,7 @@ from kinelast.figures.output import output_of
 from kinelast.figures.registry import figures_of
 from kinelast.figures.theory_settings import THEORY
 from kinelast.scene.data import GEOMETRICALLY_EXACT, QUASI_STATIC, Scene, Theory
-from kinelast.scene.figure import Figure
+from kinelast.values.figure import Figure
 
 LOAD_UNITS = {"m", "rad", "Pa", "N", "N m"}  # units of displacements, rotations, stresses, forces and moments
 

@@ -10,8 +10,8 @@ import numpy as np
 from kinelast.figures.results import Results
 from kinelast.scene.document import Document
 from kinelast.scene.links import drawn_direction, drawn_places
-from kinelast.scene.numbers import DisplayUnits, coordinate, percent, quantity
-from kinelast.scene.reading import reading
+from kinelast.values.numbers import DisplayUnits, coordinate, percent, quantity
+from kinelast.values.reading import reading
 from machine import drives
 from machine.drives import Balance, balanced
 from rigid import Motion, position_of

@@ -8,7 +8,7 @@ import numpy as np
 from elastic.elastodynamics import Elastodynamic, deflection_at
 from kinelast.figures.cycle import Cycle
 from kinelast.scene.data import scene_deflection
-from kinelast.scene.error import SceneError
+from kinelast.values.error import SceneError
 from rigid import Motion
 from rigid.arrays import distinct
 

@@ -19,9 +19,9 @@ from kinelast.figures.registry import NAMES
 from kinelast.figures.report import FurtherCheck
 from kinelast.scene.course import CourseByLaws
 from kinelast.scene.data import ELASTODYNAMIC, QUASI_STATIC
-from kinelast.scene.figure import OUTPUT_ERROR, points_of
-from kinelast.scene.numbers import UNRELIABLE
-from kinelast.scene.reading import known, reading
+from kinelast.values.figure import OUTPUT_ERROR, points_of
+from kinelast.values.numbers import UNRELIABLE
+from kinelast.values.reading import known, reading
 
 if TYPE_CHECKING:
     from fem_check import MomentumBalance

@@ -18,8 +18,8 @@ from elastic import FIELDS, Deflection, Extreme, Largest, extremes, larger_magni
 from elastic.assessment import PathDeviation, buckling_bound, buckling_ratio, euler_ratio, path_deviation
 from elastic.beams import designs_of
 from kinelast.scene.data import Scene, scene_deflection
-from kinelast.scene.figure import Figure, RowSearch, points_of
 from kinelast.tasks.progress import one_thread
+from kinelast.values.figure import Figure, RowSearch, points_of
 from machine.drives import time_weights
 from machine.joints import JointHistory, joint_history
 from rigid import Mechanism, Motion, Reals, drive_efforts, reachable

@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterable, Sequence
 
 from kinelast.figures.limits import UNKNOWN
 from kinelast.figures.report import JudgedLimit, UnreliableFigure
-from kinelast.scene.numbers import few, percent
+from kinelast.values.numbers import few, percent
 
 LIMIT_NAMES = {
     "deflection": "deflection",

@@ -32,7 +32,7 @@ from kinelast.figures.figure_error import (
 from kinelast.figures.measures import magnitudes
 from kinelast.figures.registry import limits_of
 from kinelast.scene.data import Scene
-from kinelast.scene.figure import AVERAGE, LARGEST, LEAST, MOST, POINT, Figure, items_of
+from kinelast.values.figure import AVERAGE, LARGEST, LEAST, MOST, POINT, Figure, items_of
 from rigid.arrays import Reals
 
 SEARCHED = LARGEST, LEAST, MOST  # reductions whose result is the value at one position, unlike averages

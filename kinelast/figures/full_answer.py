@@ -14,8 +14,8 @@ from kinelast.figures.measures import measures_of
 from kinelast.figures.registry import figures_of
 from kinelast.figures.results import results_in_full
 from kinelast.scene.data import QUASI_STATIC, Scene
-from kinelast.scene.error import SceneError
-from kinelast.scene.figure import Limit
+from kinelast.values.error import SceneError
+from kinelast.values.figure import Limit
 
 
 class FullAnswer(Struct, frozen=True):

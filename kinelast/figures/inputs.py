@@ -10,9 +10,9 @@ from elastic.beams import POISSON
 from kinelast.figures.report_sections import fastest_drive
 from kinelast.figures.results import Results
 from kinelast.scene.data import Scene
-from kinelast.scene.numbers import number, percent, quantity
 from kinelast.scene.parts import PARTS
-from kinelast.scene.reading import CAUTION, GOOD, OPEN, POOR, Finding
+from kinelast.values.numbers import number, percent, quantity
+from kinelast.values.reading import CAUTION, GOOD, OPEN, POOR, Finding
 from rigid import LineLoad, PointLoad, Resistance
 
 INPUTS = "Inputs"

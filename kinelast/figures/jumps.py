@@ -8,8 +8,8 @@ from elastic import Deflection
 from kinelast.figures.results import Results
 from kinelast.scene.data import scene_deflection
 from kinelast.scene.drives import DriveEffort
-from kinelast.scene.numbers import coordinate, few, quantity
-from kinelast.scene.reading import OPEN, Finding
+from kinelast.values.numbers import coordinate, few, quantity
+from kinelast.values.reading import OPEN, Finding
 from rigid import LineLoad, PointLoad, Resistance
 from rigid.arrays import Flags, Numbers, Reals
 

@@ -6,7 +6,7 @@ import numpy as np
 from msgspec.structs import replace
 
 from kinelast.scene.data import Scene
-from kinelast.scene.error import SceneError
+from kinelast.values.error import SceneError
 from rigid import ConstantSpeed
 
 CLOCK = 24  # number of instants at which loads are tested for a dependence on time

@@ -22,9 +22,9 @@ from kinelast.figures.report import JudgedLimit, Verdict
 from kinelast.figures.results import Results
 from kinelast.figures.trust import doubts
 from kinelast.scene.data import Scene
-from kinelast.scene.figure import FIXED, LARGEST, LEAST, SCENE, Figure, Limit, fixed, items_of
-from kinelast.scene.numbers import UNRELIABLE, has_large_error
-from kinelast.scene.reading import Reader, Reading, known, reading
+from kinelast.values.figure import FIXED, LARGEST, LEAST, SCENE, Figure, Limit, fixed, items_of
+from kinelast.values.numbers import UNRELIABLE, has_large_error
+from kinelast.values.reading import Reader, Reading, known, reading
 from rigid.arrays import Integers, Real, Reals, of_designs
 
 NO_BEAMS = "every link is rigid: to make one elastic, delete its rigid, mass, center and inertia"

@@ -23,7 +23,7 @@ from kinelast.figures.figure_error import NOT_OF_MOTION, FigureError
 from kinelast.figures.measures import bounded_items, magnitudes
 from kinelast.figures.registry import NAMES, limits_of
 from kinelast.scene.data import Scene
-from kinelast.scene.figure import LEAST, OUTPUT_ERROR, Figure, Limit, items_of
+from kinelast.values.figure import LEAST, OUTPUT_ERROR, Figure, Limit, items_of
 
 RIGID_HEADLINE = "drive_effort", "joint_force"  # main figures of a scene in which all links are rigid
 BENDING = "chord"

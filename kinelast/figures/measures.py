@@ -12,9 +12,9 @@ from msgspec import Struct
 from elastic import Largest, largest_row
 from kinelast.figures.cycle import Cycle
 from kinelast.scene.data import Scene
-from kinelast.scene.error import fault, likely
-from kinelast.scene.figure import BEAM, DRIVE, LARGEST, LEAST, Figure, Limit, items_of
 from kinelast.scene.parts.fatigue import FATIGUED
+from kinelast.values.error import fault, likely
+from kinelast.values.figure import BEAM, DRIVE, LARGEST, LEAST, Figure, Limit, items_of
 from rigid.arrays import Integers, Reals
 
 

@@ -10,9 +10,9 @@ from elastic import Deflection, Largest, cycle_maxima, displacement_of, largest
 from elastic.assessment import angle_error, rest_from, settling_time
 from kinelast.figures.cycle import Cycle
 from kinelast.scene.data import Scene, require_tables, scene_deflection
-from kinelast.scene.error import SceneError
-from kinelast.scene.figure import NOISE, OUTPUT_ERROR, points_of
 from kinelast.scene.limits import Output
+from kinelast.values.error import SceneError
+from kinelast.values.figure import NOISE, OUTPUT_ERROR, points_of
 from rigid import GROUND, MechanismError, Motion, position_of, velocity_of, with_rates
 from rigid.analysis import Coordinate, LimitPosition, LinkAngle, PointCoordinate, limits
 from rigid.arrays import Complexes, Flags, Numbers, Reals, of_designs

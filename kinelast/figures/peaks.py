@@ -21,9 +21,9 @@ from kinelast.figures.cycle import EXTREME_FIELDS, MAX_CONDITION, Cycle
 from kinelast.figures.errors import MIN_SHARE_OF_UNIT, frequency_error
 from kinelast.figures.figure_error import FigureError
 from kinelast.figures.registry import NAMES, figures_of
-from kinelast.scene.figure import AVERAGE, FIXED, LARGEST, LEAST, NOISE, Figure, items_of
 from kinelast.scene.limits import Output
-from kinelast.scene.numbers import has_large_error
+from kinelast.values.figure import AVERAGE, FIXED, LARGEST, LEAST, NOISE, Figure, items_of
+from kinelast.values.numbers import has_large_error
 from rigid import Motion
 from rigid.arrays import Reals
 

@@ -7,9 +7,9 @@ import numpy as np
 
 from kinelast.figures.registry import limits_of
 from kinelast.scene.data import Scene
-from kinelast.scene.figure import Limit
-from kinelast.scene.numbers import number
 from kinelast.scene.parts import PARTS
+from kinelast.values.figure import Limit
+from kinelast.values.numbers import number
 from machine import Range
 from rigid.arrays import Flags
 

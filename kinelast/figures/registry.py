@@ -22,8 +22,11 @@ from kinelast.figures.output import (
 )
 from kinelast.scene.data import Scene
 from kinelast.scene.drive_values import DRIVE_FIGURES
-from kinelast.scene.error import SceneError, fault, likely
-from kinelast.scene.figure import (
+from kinelast.scene.limits import FigureBound, Output
+from kinelast.scene.parts import PARTS
+from kinelast.scene.parts.joint_kinds import PLAIN, ROLLING
+from kinelast.values.error import SceneError, fault, likely
+from kinelast.values.figure import (
     BEAM,
     FIXED,
     FRICTION,
@@ -44,9 +47,6 @@ from kinelast.scene.figure import (
     sole,
     whole,
 )
-from kinelast.scene.limits import FigureBound, Output
-from kinelast.scene.parts import PARTS
-from kinelast.scene.parts.joint_kinds import PLAIN, ROLLING
 from rigid import transmission_angles
 from rigid.arrays import Complexes, Real, Reals
 from rigid.constants import mass_moments

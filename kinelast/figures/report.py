@@ -12,7 +12,7 @@ from typing import Any
 
 from msgspec import UNSET, Struct, UnsetType, convert, field, to_builtins
 
-from kinelast.scene.reading import Finding, Reading
+from kinelast.values.reading import Finding, Reading
 
 Data = Mapping[str, Any]
 

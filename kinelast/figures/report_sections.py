@@ -14,9 +14,9 @@ from kinelast.figures.peaks import STATIONS
 from kinelast.figures.results import Results
 from kinelast.scene.data import Scene
 from kinelast.scene.drives import DriveEffort
-from kinelast.scene.figure import DRIVE, items_of
 from kinelast.scene.parts import PARTS
-from kinelast.scene.reading import Reader, Reading, known, reading
+from kinelast.values.figure import DRIVE, items_of
+from kinelast.values.reading import Reader, Reading, known, reading
 from machine.cams import CamPush
 from rigid import ConstantSpeed, LineLoad, Link, Lump, PointLoad, Resistance, TorsionSpring, law_peaks
 from rigid.arrays import Flags

@@ -16,9 +16,9 @@ from kinelast.figures.registry import OF_OUTPUTS, figures_of
 from kinelast.figures.report import Reserve
 from kinelast.figures.results import Results
 from kinelast.scene.data import Scene
-from kinelast.scene.figure import BEAM, MACHINE, Limit, items_of
 from kinelast.scene.parts.fatigue import FATIGUED
-from kinelast.scene.reading import Reader, Reading, reading
+from kinelast.values.figure import BEAM, MACHINE, Limit, items_of
+from kinelast.values.reading import Reader, Reading, reading
 
 LIMIT, LIMIT_SPEED, ENDURANCE = "limit", "limit speed", "endurance"
 FAILURES = {  # for each failure mode, its limit and its name in words

@@ -25,9 +25,9 @@ from kinelast.figures.peaks import Peak, RunFigures, run_figures
 from kinelast.figures.refusals import yield_words
 from kinelast.figures.registry import limits_of
 from kinelast.scene.data import QUASI_STATIC, Scene, Theory, scene_deflection, scene_motion
-from kinelast.scene.figure import Limit, drive_words, joint_words
-from kinelast.scene.numbers import coordinate, percent, quantity
 from kinelast.tasks.progress import SILENT, Progress, one_thread
+from kinelast.values.figure import Limit, drive_words, joint_words
+from kinelast.values.numbers import coordinate, percent, quantity
 from rigid import ConstantSpeed, Mechanism, Motion, Reals
 from rigid.arrays import distinct, without
 
@@ -242,12 +242,12 @@ class Results(Struct, frozen=True, eq=False, dict=True, weakref=True):
 
     @cached_property
     def drive_words(self) -> list[tuple[str, str, str, str]]:
-        """The name, coordinate, unit and effort unit of each drive, see `kinelast.scene.figure.drive_words`."""
+        """The name, coordinate, unit and effort unit of each drive, see `kinelast.values.figure.drive_words`."""
         return drive_words(self.mechanism)
 
     @cached_property
     def joint_words(self) -> list[tuple[str, str]]:
-        """The name of each joint and the link on which its force acts, see `scene.figure.joint_words`."""
+        """The name of each joint and the link on which its force acts, see `values.figure.joint_words`."""
         return joint_words(self.mechanism)
 
     @cached_property

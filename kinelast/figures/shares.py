@@ -12,7 +12,7 @@ from kinelast.figures.report import LinkShare
 from kinelast.figures.results import Results
 from kinelast.scene.data import scene_deflection
 from kinelast.scene.limits import Output
-from kinelast.scene.reading import Reading, known
+from kinelast.values.reading import Reading, known
 from rigid import posture
 from rigid.arrays import Numbers, Reals
 

@@ -15,7 +15,7 @@ from kinelast.figures.measures import bounded_items
 from kinelast.figures.refusals import STRENGTH, refusals
 from kinelast.figures.registry import limits_of
 from kinelast.scene.data import Scene
-from kinelast.scene.figure import BEAM, Figure, Limit, items_of
+from kinelast.values.figure import BEAM, Figure, Limit, items_of
 from rigid.arrays import Reals
 
 SCANNED = {"deflection": 0, "chord": 1, "safety": 2}  # row of each figure in the results of the speed scan

@@ -28,9 +28,9 @@ from kinelast.figures.results import Results, at_critical_load
 from kinelast.figures.speed_limits import SpeedLimit, amplified, by_figure, limit_speed, outcomes, yield_speed
 from kinelast.figures.theory_settings import THEORY
 from kinelast.scene.data import Scene, scene_deflection
-from kinelast.scene.error import SceneError
-from kinelast.scene.figure import LEAST, OUTPUT_ERROR, SCENE, Figure, items_of, sole
 from kinelast.tasks.progress import SILENT, Progress, lasting, one_thread
+from kinelast.values.error import SceneError
+from kinelast.values.figure import LEAST, OUTPUT_ERROR, SCENE, Figure, items_of, sole
 from rigid import MechanismError, Motion, with_rates
 from rigid.arrays import Flags, Reals
 

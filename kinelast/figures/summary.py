@@ -29,11 +29,11 @@ from kinelast.figures.results import Results
 from kinelast.figures.shares import output_shares
 from kinelast.figures.trust import exceedance_level, findings, left_out, reliability
 from kinelast.scene.data import ACCURACY, QUASI_STATIC, Scene
-from kinelast.scene.figure import OUTPUT_ERROR, POINT, items_of
 from kinelast.scene.limits import Output
-from kinelast.scene.numbers import UNRELIABLE, capitalized, has_large_error, percent, quantity
 from kinelast.scene.parts import PARTS
-from kinelast.scene.reading import CAUTION, ORDER, Finding, Reader, Reading, known, reading
+from kinelast.values.figure import OUTPUT_ERROR, POINT, items_of
+from kinelast.values.numbers import UNRELIABLE, capitalized, has_large_error, percent, quantity
+from kinelast.values.reading import CAUTION, ORDER, Finding, Reader, Reading, known, reading
 
 OUTPUT_MOTION = {
     "output_stroke": "stroke",

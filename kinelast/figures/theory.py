@@ -46,9 +46,9 @@ from kinelast.figures.measures import magnitudes
 from kinelast.figures.registry import limits_of
 from kinelast.figures.theory_settings import THEORY
 from kinelast.scene.data import ACCURACY, ELASTODYNAMIC, GEOMETRICALLY_EXACT, QUASI_STATIC, Scene, Theory
-from kinelast.scene.error import SceneError
-from kinelast.scene.numbers import UNRELIABLE
 from kinelast.tasks.progress import SILENT, Progress, lasting, one_thread
+from kinelast.values.error import SceneError
+from kinelast.values.numbers import UNRELIABLE
 from rigid import MechanismError, Motion
 from rigid.arrays import Reals
 

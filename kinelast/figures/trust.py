@@ -20,10 +20,10 @@ from kinelast.figures.refusals import outside_ranges
 from kinelast.figures.report_sections import friction_of
 from kinelast.figures.results import Results
 from kinelast.scene.data import GEOMETRICALLY_EXACT
-from kinelast.scene.figure import NOISE
-from kinelast.scene.numbers import capitalized, number, percent, quantity
 from kinelast.scene.parts import PARTS
-from kinelast.scene.reading import CAUTION, GOOD, OPEN, ORDER, POOR, Finding, Reader
+from kinelast.values.figure import NOISE
+from kinelast.values.numbers import capitalized, number, percent, quantity
+from kinelast.values.reading import CAUTION, GOOD, OPEN, ORDER, POOR, Finding, Reader
 from rigid import Friction, counted
 
 HEADINGS = {

@@ -15,10 +15,10 @@ from elastic import FIELDS, Deflection, sample
 from kinelast.runs import computed
 from kinelast.scene.data import Scene, scene_motion
 from kinelast.scene.document import Document, read_scene
-from kinelast.scene.error import MissingFileError, likely
 from kinelast.tasks import Option, OptionError
 from kinelast.tasks.request import Request, options_of
 from kinelast.tasks.task import scene_paths
+from kinelast.values.error import MissingFileError, likely
 from rigid import Load, Mechanism, Motion, acceleration_of, position_of, velocity_of
 from rigid.arrays import Complexes, Reals
 

@@ -22,10 +22,10 @@ from kinelast.outputs.words import error_words, headline
 from kinelast.runs import computed
 from kinelast.scene.data import QUASI_STATIC, Scene
 from kinelast.scene.document import Document
-from kinelast.scene.error import likely
-from kinelast.scene.numbers import DisplayUnits, quantity
-from kinelast.scene.reading import Reading
 from kinelast.tasks.request import Request
+from kinelast.values.error import likely
+from kinelast.values.numbers import DisplayUnits, quantity
+from kinelast.values.reading import Reading
 from rigid.arrays import Complexes, Reals
 
 T = TypeVar("T")

@@ -12,8 +12,8 @@ from kinelast.figures.cycle import too_many_beams
 from kinelast.notebook import STATIONS, PartsByName, SceneMotion, motion, rigid_line, scene_of, unknown_name
 from kinelast.scene.data import Scene
 from kinelast.scene.document import Document
-from kinelast.scene.numbers import percent, quantity
 from kinelast.tasks.progress import one_thread
+from kinelast.values.numbers import percent, quantity
 from rigid.arrays import Complexes, Reals
 
 MODES, POSITIONS = 3, 24  # default number of modes and of positions

@@ -9,7 +9,7 @@ from elastic import FIELDS, sample
 from kinelast.figures.results import Results
 from kinelast.notebook import SceneDeflection, SceneMotion, point_names, shown
 from kinelast.outputs.positions import motion_columns, motion_table, position_table
-from kinelast.scene.figure import drive_words
+from kinelast.values.figure import drive_words
 
 STATIONS = 21  # default number of stations along a beam
 POINT = {"": ("position", "m"), "v": ("velocity", "m/s"), "a": ("acceleration", "m/s^2")}

@@ -6,8 +6,8 @@ from typing import Any
 from kinelast.figures.report import Report
 from kinelast.outputs.words import output_words, size
 from kinelast.scene.data import QUASI_STATIC
-from kinelast.scene.numbers import quantity
-from kinelast.scene.reading import Reading
+from kinelast.values.numbers import quantity
+from kinelast.values.reading import Reading
 
 MOTIONS = {
     QUASI_STATIC: "links deflect under the loads of the rigid motion, without vibration",

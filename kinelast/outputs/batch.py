@@ -13,9 +13,9 @@ from kinelast.outputs.outbox import rewritten
 from kinelast.outputs.page import MARK, index_page
 from kinelast.outputs.table import Column, Table, csv_bytes, csv_rows, parquet_bytes
 from kinelast.outputs.words import OUTCOMES, least_safety, limit_rows
-from kinelast.scene.error import plain
-from kinelast.scene.reading import Reading
 from kinelast.tasks.task import Outcome
+from kinelast.values.error import plain
+from kinelast.values.reading import Reading
 
 
 def _value(found: Reading | None) -> float | None:

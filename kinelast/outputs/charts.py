@@ -16,8 +16,8 @@ from msgspec.structs import replace
 from elastic import FIELDS, Field, FieldKind, sample
 from kinelast.figures.results import Results
 from kinelast.outputs.sheet import LINKS as COLOURS
-from kinelast.scene.figure import drive_words
-from kinelast.scene.numbers import number, quantity, scale_of, ticks, unit_words
+from kinelast.values.figure import drive_words
+from kinelast.values.numbers import number, quantity, scale_of, ticks, unit_words
 from rigid import Reals
 from rigid.arrays import Integers
 

@@ -19,9 +19,9 @@ from typing import Any
 
 from kinelast.outputs.sealed import SUMMARY, changed, own_names, summary_in, with_files, write_json
 from kinelast.outputs.table import FORMATS
-from kinelast.scene.error import plain
 from kinelast.tasks.progress import signals_held_back
 from kinelast.tasks.request import RequestError, written
+from kinelast.values.error import plain
 
 EARLIER = "earlier"  # name of the subfolder for result files of earlier runs that the current run does not write
 HIDDEN = ".kinelast-"  # start of the names of lock files and hidden folders

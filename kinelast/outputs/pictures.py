@@ -20,12 +20,12 @@ from kinelast.outputs.display import display_list, extent
 from kinelast.outputs.positions import PROFILE
 from kinelast.outputs.sheet import MechanismAxes
 from kinelast.scene.data import Scene
-from kinelast.scene.figure import points_of
-from kinelast.scene.numbers import number as written
-from kinelast.scene.numbers import quantity, round_down
 from kinelast.scene.parts import symbols_of
 from kinelast.scene.parts.cam_courses import cam_outline
 from kinelast.tasks.request import Request, RequestError
+from kinelast.values.figure import points_of
+from kinelast.values.numbers import number as written
+from kinelast.values.numbers import quantity, round_down
 from rigid import Posture, position_of
 from rigid.kinetostatics import beam_directions
 from symbols import ROLLER

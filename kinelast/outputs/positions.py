@@ -16,11 +16,11 @@ from elastic import FIELDS, sample
 from kinelast.figures.results import Results
 from kinelast.outputs.table import Column, Table, csv_bytes
 from kinelast.scene.data import Scene
-from kinelast.scene.error import likely
-from kinelast.scene.figure import drive_words, points_of
 from kinelast.scene.parts import PARTS
 from kinelast.scene.parts.cam_courses import cam_outline
 from kinelast.tasks.request import RequestError
+from kinelast.values.error import likely
+from kinelast.values.figure import drive_words, points_of
 from rigid import Motion, acceleration_of, position_of, transmission_angles, velocity_of
 
 PROFILE = 1440  # number of points of a cam profile: four points per degree

@@ -26,8 +26,8 @@ from kinelast.outputs.words import (
     trust_words,
     verdict_words,
 )
-from kinelast.scene.numbers import capitalized, number
-from kinelast.scene.reading import GOOD, Reading
+from kinelast.values.numbers import capitalized, number
+from kinelast.values.reading import GOOD, Reading
 
 PAPER, MARGIN = 8.27 + 11.69j, 0.6  # width and height of A4 paper as a complex number, and margin; both in inches
 WIDTH = PAPER.real - 2 * MARGIN  # [in] width of text and picture

@@ -19,9 +19,9 @@ from kinelast.designs.sensitivities import Sensitivities
 from kinelast.designs.tolerances import GEOMETRIC, WHOLE, KeptShare, Scatter, ToleranceResult
 from kinelast.outputs.table import Table
 from kinelast.scene.data import QUASI_STATIC
-from kinelast.scene.numbers import SI, DisplayUnits, number, percent, quantity
-from kinelast.scene.reading import known
 from kinelast.scene.variables import Variable
+from kinelast.values.numbers import SI, DisplayUnits, number, percent, quantity
+from kinelast.values.reading import known
 from rigid.arrays import Reals
 
 WIDTH, LEFT, ROW, HEADING, GAP = 770, 250, 22, 30, 14  # [pixels] dimensions of a bar chart

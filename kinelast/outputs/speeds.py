@@ -23,9 +23,9 @@ from kinelast.figures.speed_limits import SpeedLimit
 from kinelast.figures.speeds import FIGURE_OF_FIELD, Speeds
 from kinelast.outputs.table import Column, Table
 from kinelast.scene.data import Scene
-from kinelast.scene.figure import drive_words, items_of
-from kinelast.scene.numbers import UNRELIABLE, percent, quantity, scale_of, unit_words
-from kinelast.scene.reading import known
+from kinelast.values.figure import drive_words, items_of
+from kinelast.values.numbers import UNRELIABLE, percent, quantity, scale_of, unit_words
+from kinelast.values.reading import known
 
 NEAR = 0.002  # relative accuracy with which the limit speed is computed
 MAX_DISTANCE = 0.05  # resonance at a peak explains errors at a speed if |speed of the peak / speed - 1| <= MAX_DISTANCE

@@ -23,11 +23,11 @@ from kinelast.outputs.table import Table, write_table
 from kinelast.outputs.words import error_words, size
 from kinelast.scene.data import QUASI_STATIC
 from kinelast.scene.document import Document
-from kinelast.scene.numbers import SI, DisplayUnits, number, percent, quantity
-from kinelast.scene.reading import Reading, known
 from kinelast.scene.text import of_file
 from kinelast.tasks.progress import Progress
 from kinelast.tasks.request import Request
+from kinelast.values.numbers import SI, DisplayUnits, number, percent, quantity
+from kinelast.values.reading import Reading, known
 
 HEAD = (
     *("what", "name", "unit", "before", "value", "lower bound", "upper bound", "margin", "multiplier"),

@@ -19,8 +19,8 @@ import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
-from kinelast.scene.numbers import REPORT_UNITS
 from kinelast.tasks.request import RequestError
+from kinelast.values.numbers import REPORT_UNITS
 
 ROWS_OF_A_SHEET = 1_048_576  # maximum number of rows of an XLSX sheet, including the row with headings
 FORMULA = re.compile(r"'?(?:[=@+\t]|-(?![\d.]+(?:e[-+]?\d+)?$))")  # text that a spreadsheet reads as a formula

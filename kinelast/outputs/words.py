@@ -26,7 +26,7 @@ from kinelast.figures.report import (
 )
 from kinelast.figures.trust import digits_left
 from kinelast.scene.data import QUASI_STATIC
-from kinelast.scene.numbers import (
+from kinelast.values.numbers import (
     SI,
     UNRELIABLE,
     DisplayUnits,
@@ -39,7 +39,7 @@ from kinelast.scene.numbers import (
     quantity,
     with_limit,
 )
-from kinelast.scene.reading import CAUTION, GOOD, OPEN, POOR, Reading
+from kinelast.values.reading import CAUTION, GOOD, OPEN, POOR, Reading
 from rigid import counted
 
 DEGREES = 180 / math.pi, "deg"

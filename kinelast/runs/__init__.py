@@ -22,9 +22,9 @@ from kinelast.figures.peaks import joined, run_figures
 from kinelast.figures.registry import limits_of
 from kinelast.figures.results import Results, answered, with_breaks
 from kinelast.scene.data import Scene, require_reached, require_tables, scene_deflection, scene_motion
-from kinelast.scene.error import SceneError
 from kinelast.tasks.progress import SILENT, Progress
 from kinelast.tasks.request import Request, RequestError
+from kinelast.values.error import SceneError
 from rigid import Motion, Posture, Reals, reachable, structure
 
 if TYPE_CHECKING:

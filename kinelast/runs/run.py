@@ -26,12 +26,12 @@ from kinelast.runs import SHOWN, computed, is_long
 from kinelast.scene.course import OnStep
 from kinelast.scene.data import Scene
 from kinelast.scene.document import Document, document_from_bytes
-from kinelast.scene.error import plain
-from kinelast.scene.quantities import Speed
 from kinelast.scene.text import file_bytes
 from kinelast.tasks.progress import SILENT, Progress, lasting, stops_kept
 from kinelast.tasks.request import Request, RequestError
 from kinelast.tasks.task import BUG, CHECK_FAILED, DONE, FINE, MESSAGE, SKIPPED, Outcome, Task, guarded, missing_package
+from kinelast.values.error import plain
+from kinelast.values.quantities import Speed
 
 STUDIES = "balance", "speeds", "sensitivities", "tolerances"  # studies with separate sections in the report
 

@@ -1,1 +1,1 @@
-"""Scene files: tables and keys, units, and the scenes built from them."""
+"""Scene files: tables and keys, and the scenes built from them."""

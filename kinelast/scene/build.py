@@ -14,20 +14,20 @@ from msgspec.structs import replace
 from kinelast.scene.course import Course, CourseByLaws, IntegratedCourse, Run
 from kinelast.scene.data import DAMPING_RATIO, Scene, Theory
 from kinelast.scene.drives import DriveEffort, DriveLaw, build_drives
-from kinelast.scene.error import fault
 from kinelast.scene.format import MaterialTable, SceneTable
 from kinelast.scene.joints import build_friction, build_gears, build_joints, build_sliders, build_welds
 from kinelast.scene.library import materials_of
 from kinelast.scene.limits import build_output, build_settled, figure_bounds, limits_in
 from kinelast.scene.links import LinkModel, build_links, drawn_places, guiding, undivided
 from kinelast.scene.loads import build_load, build_spring
-from kinelast.scene.numbers import real, require, vector
 from kinelast.scene.parsing import leaves
 from kinelast.scene.part import Assembly
 from kinelast.scene.parts import PARTS
 from kinelast.scene.sections import Material, SectionSource, poisson_of, section_source
 from kinelast.scene.tables import BoundTable
-from kinelast.scene.units import Quantity
+from kinelast.values.error import fault
+from kinelast.values.numbers import real, require, vector
+from kinelast.values.units import Quantity
 from rigid import LineLoad, Link, Load, Mechanism, SegmentedLaw, TableLaw
 from rigid.analysis import Repetition, drives_repeat, mechanism_repeats
 
@@ -73,7 +73,7 @@ def built(
     """Return the scene of parsed tables.
 
     If numbers in the tables are arrays of several designs, the scene represents all of them, see
-    `kinelast.scene.numbers`.
+    `kinelast.values.numbers`.
 
     Parameters
     ----------

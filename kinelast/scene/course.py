@@ -18,7 +18,7 @@ from msgspec.structs import replace
 from elastic.assessment import rest_from
 from kinelast.scene.breaks import MIN_BREAK_DISTANCE, Breaks, breaks_of, knots_of, reversals_of
 from kinelast.scene.drives import DriveEffort, DriveLaw
-from kinelast.scene.error import SceneError
+from kinelast.values.error import SceneError
 from rigid import Mechanism, MechanismError, Motion, Posture, Reals, TableError, motion, motion_in_chunks, reachable
 from rigid.arrays import distinct
 from rigid.chunks import columns_of

@@ -14,12 +14,12 @@ from elastic import Deflection, JointCompliance, Section, deflection
 from elastic.links import members_of
 from kinelast.scene.course import Course, Run, table_of
 from kinelast.scene.drives import DriveEffort, DriveLaw
-from kinelast.scene.error import SceneError
-from kinelast.scene.figure import Kind, Limit, items_of
 from kinelast.scene.limits import FigureBound, Output
-from kinelast.scene.numbers import REPORT_UNITS, DisplayUnits
 from kinelast.scene.sections import Material, SectionSource
-from kinelast.scene.units import shown
+from kinelast.values.error import SceneError
+from kinelast.values.figure import Kind, Limit, items_of
+from kinelast.values.numbers import REPORT_UNITS, DisplayUnits
+from kinelast.values.units import shown
 from machine.cams import Cam
 from machine.joints import JointParts
 from machine.life import FatigueTask

@@ -14,11 +14,11 @@ from msgspec.structs import replace
 
 from kinelast.scene import build, drives, limits, parsing, sections, variables
 from kinelast.scene.data import Scene, require_determined
-from kinelast.scene.error import SceneError, fault
 from kinelast.scene.format import SceneTable
 from kinelast.scene.parts.cams import require_moved
 from kinelast.scene.text import COLUMNS, decoded, file_bytes, of_file, reader_in, scene_name, with_tables, written
-from kinelast.scene.units import shown
+from kinelast.values.error import SceneError, fault
+from kinelast.values.units import shown
 
 Tables = Mapping[str, Any]
 

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
-from kinelast.scene.figure import AVERAGE, DRIVE, Figure, averaged, drive_names, drive_words, each
 from kinelast.scene.part import Assembly
+from kinelast.values.figure import AVERAGE, DRIVE, Figure, averaged, drive_names, drive_words, each
 from machine.drives import mean, mean_positive, root_mean_square
 from rigid.arrays import Reals
 from rigid.kinetostatics import kinetic_energy

@@ -12,16 +12,16 @@ from typing import TYPE_CHECKING, Any
 from msgspec import Struct
 from msgspec.structs import replace
 
-from kinelast.scene.error import fault, require_absent
 from kinelast.scene.format import SceneTable
 from kinelast.scene.links import Points, drawn_direction
 from kinelast.scene.loads import MIN_SPACING, factor_law
 from kinelast.scene.moved_joint import Drive, coordinate, moved_joint
-from kinelast.scene.numbers import EXPECTED, phase, real, require_unit
 from kinelast.scene.parts.motors import motor_of
-from kinelast.scene.quantities import Abscissa, Length, PlaneAngle, Time
 from kinelast.scene.tables import PER_LENGTH, DriveTable
-from kinelast.scene.units import Quantity
+from kinelast.values.error import fault, require_absent
+from kinelast.values.numbers import EXPECTED, phase, real, require_unit
+from kinelast.values.quantities import Abscissa, Length, PlaneAngle, Time
+from kinelast.values.units import Quantity
 from rigid import ConstantSpeed, LawError, Link, Reals, RepeatedLaw, Segment, SegmentedLaw, Slider, TableLaw
 
 if TYPE_CHECKING:

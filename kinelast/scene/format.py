@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 import numpy as np
 from msgspec import Meta, field
 
-from kinelast.scene import quantities as q
 from kinelast.scene import tables
-from kinelast.scene.error import fault
-from kinelast.scene.numbers import real, require
 from kinelast.scene.part import with_parts
 from kinelast.scene.parts import PARTS
 from kinelast.scene.tables import Amount, LengthUnit, Name, Place, StrictTable
-from kinelast.scene.units import Quantity
+from kinelast.values import quantities as q
+from kinelast.values.error import fault
+from kinelast.values.numbers import real, require
+from kinelast.values.units import Quantity
 
 
 class Dimensioned(StrictTable, frozen=True, kw_only=True, tag_field="shape"):

@@ -8,13 +8,13 @@ from typing import Any
 from msgspec.structs import replace
 
 from elastic import JointCompliance
-from kinelast.scene.error import fault, known_name, known_point, likely
 from kinelast.scene.format import SceneTable
 from kinelast.scene.links import LinkModel, Points, drawn_direction
 from kinelast.scene.moved_joint import moved_joint
-from kinelast.scene.numbers import EXPECTED, direction_of, real, require_unit, vector
-from kinelast.scene.quantities import DampingConstant
 from kinelast.scene.tables import GearTable, JointTable, SliderTable, SlotTable, WeldTable
+from kinelast.values.error import fault, known_name, known_point, likely
+from kinelast.values.numbers import EXPECTED, direction_of, real, require_unit, vector
+from kinelast.values.quantities import DampingConstant
 from rigid import GROUND, PRESSURE_ANGLE, Friction, Gear, Link, Mechanism, Slider, Weld
 from rigid.arrays import Complex
 

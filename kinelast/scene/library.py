@@ -11,9 +11,9 @@ import msgspec
 
 from elastic import SHAPES
 from kinelast.scene import format as forms
-from kinelast.scene.error import fault, likely
 from kinelast.scene.format import MaterialTable, SceneTable
-from kinelast.scene.numbers import number, real
+from kinelast.values.error import fault, likely
+from kinelast.values.numbers import number, real
 
 
 def unknown(tables: Mapping[str, Any], table: str, key: str, name: str) -> NoReturn:

@@ -8,15 +8,15 @@ from typing import TYPE_CHECKING, Any
 from msgspec import Struct
 
 from kinelast.scene import tables
-from kinelast.scene.error import SceneError, fault, known_name, likely
-from kinelast.scene.figure import BEAM, OUTPUT_ERROR, SCENE, STOPPING, Limit
 from kinelast.scene.format import SceneTable
-from kinelast.scene.numbers import real
 from kinelast.scene.parts import PARTS
 from kinelast.scene.parts.fatigue import FATIGUE, FATIGUED
 from kinelast.scene.tables import Amount, BoundTable
-from kinelast.scene.units import Quantity
 from kinelast.scene.variables import Place, Variable, place_of, value_at
+from kinelast.values.error import SceneError, fault, known_name, likely
+from kinelast.values.figure import BEAM, OUTPUT_ERROR, SCENE, STOPPING, Limit
+from kinelast.values.numbers import real
+from kinelast.values.units import Quantity
 from rigid import Mechanism
 from rigid.arrays import Real
 

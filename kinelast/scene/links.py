@@ -12,11 +12,11 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from elastic.links import MAX_OFFSET, acting_points, in_line, lined_up
-from kinelast.scene.error import fault, known_point, likely, require_absent
 from kinelast.scene.format import BeamTable, LinkTable, SceneTable
-from kinelast.scene.numbers import any_nonzero, quotient, real, require, vector
 from kinelast.scene.parsing import check_name
 from kinelast.scene.sections import CrossSection, cross_section
+from kinelast.values.error import fault, known_point, likely, require_absent
+from kinelast.values.numbers import any_nonzero, quotient, real, require, vector
 from rigid import GROUND, Beam, LineLoad, Link, Lump, Mechanism, Slider
 from rigid.arrays import Complex, Real
 from rigid.constants import mass_moments

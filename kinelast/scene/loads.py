@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from kinelast.scene.error import fault, known_name, known_point, require_absent
-from kinelast.scene.numbers import EXPECTED, any_nonzero, real, require_unit, vector
-from kinelast.scene.quantities import DampingConstant, ForceOrMoment, Stiffness
 from kinelast.scene.tables import DriveTable, LoadTable, SpringTable
+from kinelast.values.error import fault, known_name, known_point, require_absent
+from kinelast.values.numbers import EXPECTED, any_nonzero, real, require_unit, vector
+from kinelast.values.quantities import DampingConstant, ForceOrMoment, Stiffness
 from rigid import GROUND, Law, LineLoad, Link, Motion, PointLoad, Resistance, Spring, TableError, TorsionSpring
 from rigid.arrays import Real, Reals
 

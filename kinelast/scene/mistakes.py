@@ -12,9 +12,9 @@ from typing import Any
 
 from msgspec import Struct, field
 
-from kinelast.scene.error import SceneError
 from kinelast.scene.parsing import leaves, parse_toml, read_toml
 from kinelast.scene.parts import PARTS
+from kinelast.values.error import SceneError
 
 MAX_MISTAKES = 100  # maximum number of reported errors
 MAX_CHARACTERS = 2_000_000  # maximum total number of characters of all texts that are checked

@@ -3,10 +3,10 @@
 from collections.abc import Mapping
 from typing import Any
 
-from kinelast.scene.error import fault, known_name, likely
-from kinelast.scene.numbers import require_unit
-from kinelast.scene.quantities import AngleOrLength
 from kinelast.scene.tables import JointNameTable
+from kinelast.values.error import fault, known_name, likely
+from kinelast.values.numbers import require_unit
+from kinelast.values.quantities import AngleOrLength
 from rigid import GROUND, Link, PinDrive, Slider, SliderDrive
 
 Drive = PinDrive | SliderDrive

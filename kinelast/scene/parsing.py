@@ -8,10 +8,10 @@ from typing import Annotated, Any, TypeVar, get_args, get_origin
 
 import msgspec
 
-from kinelast.scene.error import fault, likely
 from kinelast.scene.format import RunTable, SceneTable, read_quantity
 from kinelast.scene.tables import PER_LENGTH, LengthUnit
-from kinelast.scene.units import shown
+from kinelast.values.error import fault, likely
+from kinelast.values.units import shown
 
 Hook = Callable[[type, Any], Any]
 Whole = TypeVar("Whole", bound=msgspec.Struct)

@@ -12,11 +12,11 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar
 from msgspec import Struct, defstruct, field
 from msgspec import field as entry
 
-from kinelast.scene.figure import LEAST, Figure, Limit, RangeCheck, items_of
-from kinelast.scene.numbers import real
-from kinelast.scene.reading import Finding, Reader
 from kinelast.scene.tables import Name, StrictTable
-from kinelast.scene.units import Quantity
+from kinelast.values.figure import LEAST, Figure, Limit, RangeCheck, items_of
+from kinelast.values.numbers import real
+from kinelast.values.reading import Finding, Reader
+from kinelast.values.units import Quantity
 from rigid import Link, Load, Mechanism, Slider
 
 if TYPE_CHECKING:

@@ -15,9 +15,9 @@ from msgspec import Struct
 from msgspec.structs import FieldInfo, fields
 
 from kinelast.scene.format import ChainTable, Dimensioned, SceneTable
-from kinelast.scene.quantities import Direction, Sizes
 from kinelast.scene.tables import Place, StrictTable
-from kinelast.scene.units import Quantity
+from kinelast.values.quantities import Direction, Sizes
+from kinelast.values.units import Quantity
 
 SCHEMAS: Mapping[str, type[Struct]] = {"scene.schema.json": SceneTable, "chain.schema.json": ChainTable}
 """Published schemas by file: for a planar mechanism, and for a spatial chain.

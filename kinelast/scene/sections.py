@@ -13,12 +13,12 @@ from msgspec.structs import replace
 from elastic import SHAPES, Section, Shape, section_of, tapered
 from elastic.beams import POISSON, CrossSectionError, outline
 from kinelast.scene import format as forms
-from kinelast.scene.error import SceneError, fault
 from kinelast.scene.format import MaterialTable, SceneTable
 from kinelast.scene.library import materials_of, named_section, unknown
-from kinelast.scene.numbers import any_nonzero, real, require
 from kinelast.scene.parsing import leaves, read_toml
 from kinelast.scene.tables import PER_LENGTH
+from kinelast.values.error import SceneError, fault
+from kinelast.values.numbers import any_nonzero, real, require
 from rigid import Beam
 from rigid.arrays import Real
 

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from msgspec import Meta, Struct, field
 
-from kinelast.scene import quantities as q
+from kinelast.values import quantities as q
 from rigid.laws import CURVES
 
 Place = tuple[q.Length, q.Length]

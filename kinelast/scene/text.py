@@ -10,9 +10,10 @@ from typing import Any
 import msgspec
 from msgspec import Struct
 
-from kinelast.scene import quantities, sections, units, variables
-from kinelast.scene.error import MissingFileError, SceneError, fault, likely
+from kinelast.scene import sections, variables
 from kinelast.scene.format import SceneTable
+from kinelast.values import quantities, units
+from kinelast.values.error import MissingFileError, SceneError, fault, likely
 
 LARGEST_FILE = 4_000_000  # maximum number of bytes of a scene file, enough for a table with 100,000 entries
 MAX_PAGE_BYTES = 64_000_000  # maximum number of bytes of a report
@@ -83,7 +84,7 @@ def reader_in(folder: Path | None) -> sections.Read:
     --------
     >>> reader_in(Path("scenes"))("../lift.csv")
     Traceback (most recent call last):
-    kinelast.scene.error.SceneError: "../lift.csv" is not in the folder of the scene: put the file there
+    kinelast.values.error.SceneError: "../lift.csv" is not in the folder of the scene: put the file there
     """
 
     def read(name: str) -> str:

@@ -14,13 +14,13 @@ import msgspec
 import numpy as np
 from msgspec import Struct
 
-from kinelast.scene.error import SceneError, fault, likely
 from kinelast.scene.format import LinkTable, SceneTable
 from kinelast.scene.joints import UNITS
 from kinelast.scene.links import drawn_places
-from kinelast.scene.quantities import Abscissa, Direction, PlaneAngle, Size, Sizes
 from kinelast.scene.tables import PER_LENGTH, AgainstTable
-from kinelast.scene.units import Quantity
+from kinelast.values.error import SceneError, fault, likely
+from kinelast.values.quantities import Abscissa, Direction, PlaneAngle, Size, Sizes
+from kinelast.values.units import Quantity
 from rigid.arrays import Flags
 
 PART = re.compile(r"\[(\d+)\]|([^.\[\]]+)")

@@ -16,13 +16,13 @@ from kinelast.outputs.outbox import add_to
 from kinelast.outputs.sheet import PAPER, MechanismAxes
 from kinelast.scene import build, document, parsing, sections
 from kinelast.scene.data import Scene
-from kinelast.scene.error import fault, known_name
 from kinelast.scene.format import ChainTable
 from kinelast.scene.text import file_text, of_file, reader_in, scene_name
-from kinelast.scene.units import shown
 from kinelast.structure import spatial_text, structure_text
 from kinelast.tasks.progress import SILENT, Progress
 from kinelast.tasks.task import DONE, FINE, Outcome, Task, guarded
+from kinelast.values.error import fault, known_name
+from kinelast.values.units import shown
 from rigid import Mechanism, MechanismError
 from rigid.topology import Contact, SpatialJoint, assembled, spatial_chain
 

@@ -16,8 +16,8 @@ from msgspec.structs import asdict
 
 from kinelast import __version__
 from kinelast.outputs.sealed import json_bytes
-from kinelast.scene.error import plain
 from kinelast.tasks.request import RequestError
+from kinelast.values.error import plain
 
 NAME = "manifest.json"
 MAX_VALUE_CHARACTERS = 60  # a message shows at most this number of characters of each value

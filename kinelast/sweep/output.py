@@ -22,9 +22,6 @@ from kinelast.outputs.outbox import put
 from kinelast.outputs.sealed import beside_digests, json_bytes
 from kinelast.scene.data import QUASI_STATIC
 from kinelast.scene.document import Document, document_from_bytes, read_document
-from kinelast.scene.error import SceneError, fault
-from kinelast.scene.numbers import error_percent, quantity, round_down
-from kinelast.scene.reading import known
 from kinelast.scene.text import file_bytes, of_file
 from kinelast.sweep.manifest import Manifest, read_manifest
 from kinelast.sweep.pages import design_text, write_pages
@@ -35,6 +32,9 @@ from kinelast.tasks.processes import cores
 from kinelast.tasks.progress import SILENT, Progress, lasting
 from kinelast.tasks.request import Batch, Request, RequestError
 from kinelast.tasks.task import BUG, CHECK_FAILED, DONE, FINE, Outcome, Task, guarded
+from kinelast.values.error import SceneError, fault
+from kinelast.values.numbers import error_percent, quantity, round_down
+from kinelast.values.reading import known
 from rigid import counted
 
 MIN_ANNOUNCED = 10.0  # [s] if a sweep is expected to last longer, the expected duration is printed

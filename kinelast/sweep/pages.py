@@ -14,13 +14,13 @@ from kinelast.outputs.page import designs_page, first_axes, front, is_greater
 from kinelast.outputs.sealed import finished, seal
 from kinelast.runs.run import try_scene
 from kinelast.scene.document import Document
-from kinelast.scene.error import plain
-from kinelast.scene.reading import known
 from kinelast.sweep.store import NUMBER
 from kinelast.sweep.tally import Tally, answers_as_data
 from kinelast.tasks.progress import Progress
 from kinelast.tasks.request import Batch, Request, RequestError
 from kinelast.tasks.task import BAD_INPUT, BUG, FINE, MESSAGE, Task, shipped_scenes
+from kinelast.values.error import plain
+from kinelast.values.reading import known
 
 MAX_GRID = 1000  # pages of single designs have a slider if the sweep has at most this number of designs
 FOLDER = "designs"  # subfolder of the results

@@ -20,12 +20,12 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from kinelast.outputs.outbox import locked
-from kinelast.scene.error import plain
 from kinelast.sweep.manifest import Manifest, read_manifest, require_same, versions
 from kinelast.sweep.store import CSV, Store, encoded, store_name
 from kinelast.tasks.processes import Lost, map_surviving
 from kinelast.tasks.progress import SILENT, Progress, stops_kept
 from kinelast.tasks.request import RequestError
+from kinelast.values.error import plain
 
 MAX_TRIES = 3  # maximum number of attempts to compute a chunk; a new attempt is made if the process dies
 MAX_NAMED = 5  # maximum number of chunks named in a message

@@ -25,9 +25,9 @@ from kinelast.figures.full_answer import FullAnswer, full_answer
 from kinelast.figures.limits import LIMITS_KEPT, LIMITS_MARGIN, limits_of_items, verdict_on
 from kinelast.figures.report import Verdict
 from kinelast.scene.data import QUASI_STATIC
-from kinelast.scene.reading import known
 from kinelast.sweep.store import NUMBER, THEORY, VERDICT
 from kinelast.tasks.progress import Progress
+from kinelast.values.reading import known
 
 # Candidates for a full answer are at most MAX_LEADING designs that meet all limits, and at most MAX_LEADING designs
 # that violate a limit.

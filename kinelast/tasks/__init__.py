@@ -118,7 +118,7 @@ def speeds(text: str) -> tuple[float, float, int, str]:
     -------
     Both speeds [rad/s or m/s], the number of speeds, and the unit of the highest speed as written.
     """
-    from kinelast.scene.quantities import Speed
+    from kinelast.values.quantities import Speed
 
     try:
         low, high, count = text.split(":")
@@ -140,7 +140,7 @@ def _number_or_text(word: str) -> str | float:
 
 def share(text: str) -> float:
     """Read a fraction or a percentage, such as "0.02" or "2 %"."""
-    from kinelast.scene.quantities import Share
+    from kinelast.values.quantities import Share
 
     try:
         return float(Share.read(text if text.endswith("%") else float(text)))
@@ -186,7 +186,7 @@ def diagrams(text: str) -> tuple[str, ...]:
     """Read a list of diagrams."""
     from animations import DIAGRAMS
     from elastic import FIELDS
-    from kinelast.scene.error import likely
+    from kinelast.values.error import likely
 
     requested = names(text)
     for name in requested:

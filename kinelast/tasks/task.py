@@ -15,9 +15,9 @@ from typing import TYPE_CHECKING, Any
 
 from msgspec import Struct, field
 
-from kinelast.scene.error import SceneError, plain
 from kinelast.tasks.progress import stops_kept
 from kinelast.tasks.request import RequestError
+from kinelast.values.error import SceneError, plain
 
 if TYPE_CHECKING:
     from kinelast.figures.report import Report

@@ -23,9 +23,9 @@ from kinelast.outputs.assumptions import assumptions
 from kinelast.outputs.page.data import Numbers, kept_positions, model_of, numbers_of
 from kinelast.outputs.sealed import json_bytes
 from kinelast.outputs.words import checked, headline, to_read, trust_words, verdict_words
-from kinelast.scene.figure import LEAST
-from kinelast.scene.numbers import SI, DisplayUnits
 from kinelast.scene.parts import PARTS
+from kinelast.values.figure import LEAST
+from kinelast.values.numbers import SI, DisplayUnits
 from rigid.arrays import Integers, Reals
 
 WEB = Path(__file__).parent / "web"

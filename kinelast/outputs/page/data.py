@@ -15,9 +15,9 @@ from kinelast.figures.cycle import EXTREME_FIELDS, Cycle
 from kinelast.figures.results import Results
 from kinelast.outputs.display import display_list, extent
 from kinelast.scene.drive_values import of_drives
-from kinelast.scene.figure import drive_words
 from kinelast.scene.parts.cam_courses import cam_flanks, cam_force, cam_outline, cam_pressure, cam_torque
 from kinelast.scene.parts.motors import motor_speed, motor_torque
+from kinelast.values.figure import drive_words
 from rigid.arrays import Integers, Reals
 from symbols import plain_marks
 

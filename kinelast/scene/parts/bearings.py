@@ -11,14 +11,14 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import numpy as np
 from msgspec import Meta, field
 
-from kinelast.scene.error import fault, known_name, require_absent
-from kinelast.scene.figure import AVERAGE, LEAST, Figure, Kind, RangeCheck, averaged, each, items_of, least
-from kinelast.scene.numbers import real, require
 from kinelast.scene.part import Assembly, Part
 from kinelast.scene.parts.joint_kinds import BEARING, CLEARANCE, CLEARANCES, EYE, KEY, PIN, PLAIN, ROLLING, joints_with
-from kinelast.scene.quantities import Duration, LoadRating, PressureSpeed, Share, Size, SlidingSpeed, Stress
-from kinelast.scene.reading import MAX_MARKS, Reader, reading
 from kinelast.scene.tables import Factor, StrictTable
+from kinelast.values.error import fault, known_name, require_absent
+from kinelast.values.figure import AVERAGE, LEAST, Figure, Kind, RangeCheck, averaged, each, items_of, least
+from kinelast.values.numbers import real, require
+from kinelast.values.quantities import Duration, LoadRating, PressureSpeed, Share, Size, SlidingSpeed, Stress
+from kinelast.values.reading import MAX_MARKS, Reader, reading
 from machine import joints as formulas
 from machine.joints import JointHistory, JointParts
 from rigid.arrays import Flags, Reals

@@ -13,9 +13,9 @@ import numpy as np
 
 from elastic import displacement_of
 from kinelast.scene.drive_values import effort, load_inertia
-from kinelast.scene.figure import DRIVE, NOISE, Kind, items_of
-from kinelast.scene.numbers import quantity
-from kinelast.scene.reading import CAUTION, OPEN, POOR, Finding, Reader, Reading, reading
+from kinelast.values.figure import DRIVE, NOISE, Kind, items_of
+from kinelast.values.numbers import quantity
+from kinelast.values.reading import CAUTION, OPEN, POOR, Finding, Reader, Reading, reading
 from machine.cams import BOTH, Cam, CamFlank, CamPush, cam_flank, cut_depth, line_pressure
 from rigid import ConstantSpeed, Motion
 from rigid.arrays import Flags, Reals

@@ -10,14 +10,14 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from kinelast.scene.error import SceneError, fault, known_name, known_point, require_absent
-from kinelast.scene.figure import LEAST, Figure, Kind, RangeCheck, drive_names, each, items_of, least
-from kinelast.scene.numbers import quantity, real, require, vector
 from kinelast.scene.part import Assembly, Part
 from kinelast.scene.parts import cam_courses as courses
 from kinelast.scene.parts.cam_courses import CAM, FACED, HELD, KEY, PRESSED, ROLLED, cam_flanks
-from kinelast.scene.quantities import CamSpeed, PressureAngle, Size, Stress
 from kinelast.scene.tables import Place, StrictTable
+from kinelast.values.error import SceneError, fault, known_name, known_point, require_absent
+from kinelast.values.figure import LEAST, Figure, Kind, RangeCheck, drive_names, each, items_of, least
+from kinelast.values.numbers import quantity, real, require, vector
+from kinelast.values.quantities import CamSpeed, PressureAngle, Size, Stress
 from machine.cams import HERTZ_RANGE, INNER, Cam, CamFlank, CamPush, cam_flank, contact_modulus
 from rigid import GROUND, Load, Mechanism, MechanismError, Motion, motion
 from rigid.kinematics import by_laws

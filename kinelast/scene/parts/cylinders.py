@@ -6,12 +6,12 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from kinelast.scene.drive_values import by_drive, effort, named_tables, numbered, of_drives, rate
-from kinelast.scene.error import fault, known_name
-from kinelast.scene.figure import AVERAGE, LEAST, Figure, Kind, RangeCheck, averaged, each, least
-from kinelast.scene.numbers import real, require
 from kinelast.scene.part import Part
-from kinelast.scene.quantities import FlowRate, Pressure, Size, Stress
 from kinelast.scene.tables import Factor, StrictTable
+from kinelast.values.error import fault, known_name
+from kinelast.values.figure import AVERAGE, LEAST, Figure, Kind, RangeCheck, averaged, each, least
+from kinelast.values.numbers import real, require
+from kinelast.values.quantities import FlowRate, Pressure, Size, Stress
 from machine.drives import ROD_RANGE, Cylinder, buckling_safety, flow_rate, working_pressure
 from rigid import GROUND
 

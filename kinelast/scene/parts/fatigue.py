@@ -12,13 +12,13 @@ from msgspec import Meta, field
 from msgspec.structs import replace
 
 from elastic import Largest, Section
-from kinelast.scene.error import fault, known_name
-from kinelast.scene.figure import LEAST, Figure, Kind, RangeCheck
-from kinelast.scene.numbers import real, require
 from kinelast.scene.part import ALONE, Assembly, Part
 from kinelast.scene.parts.bearings import BEARINGS, eye_of
-from kinelast.scene.reading import Reader, reading
 from kinelast.scene.tables import Factor, StrictTable
+from kinelast.values.error import fault, known_name
+from kinelast.values.figure import LEAST, Figure, Kind, RangeCheck
+from kinelast.values.numbers import real, require
+from kinelast.values.reading import Reader, reading
 from machine import Range
 from machine import life as formulas
 from machine.joints import EDGE_RANGE, HOLE_RANGE

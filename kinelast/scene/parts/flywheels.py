@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from kinelast.scene.drive_values import ALL, by_drive, effort, load_inertia, of_drives, rate
-from kinelast.scene.error import fault
-from kinelast.scene.figure import AVERAGE, DRIVE, Figure, Kind, RangeCheck, averaged
-from kinelast.scene.numbers import real
 from kinelast.scene.part import Part
+from kinelast.values.error import fault
+from kinelast.values.figure import AVERAGE, DRIVE, Figure, Kind, RangeCheck, averaged
+from kinelast.values.numbers import real
 from machine.drives import UNEVENNESS_RANGE, added_inertia, energy_fluctuation, flywheel_inertia
 from rigid import ConstantSpeed
 from rigid.arrays import Real, Reals, of_designs

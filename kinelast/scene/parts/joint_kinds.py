@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from kinelast.scene.figure import MACHINE, Kind, joint_words
+from kinelast.values.figure import MACHINE, Kind, joint_words
 
 if TYPE_CHECKING:
     from kinelast.scene.data import Scene

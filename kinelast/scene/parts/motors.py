@@ -17,12 +17,12 @@ from kinelast.scene.drive_values import (
     of_drives,
     rate,
 )
-from kinelast.scene.error import fault, known_name
-from kinelast.scene.figure import AVERAGE, Figure, Kind, averaged, each
-from kinelast.scene.numbers import real
 from kinelast.scene.part import Part
-from kinelast.scene.quantities import GearRatio, Inertia, Share, Torque, TurningSpeed
 from kinelast.scene.tables import DriveTable, Factor, StrictTable
+from kinelast.values.error import fault, known_name
+from kinelast.values.figure import AVERAGE, Figure, Kind, averaged, each
+from kinelast.values.numbers import real
+from kinelast.values.quantities import GearRatio, Inertia, Share, Torque, TurningSpeed
 from machine.drives import Motor, available_torque, inertia_matched_ratio, least_torque_ratio, mean, root_mean_square
 from machine.drives import motor_torque as shaft_torque
 from rigid.arrays import Real, Reals, of_designs

@@ -10,14 +10,14 @@ import numpy as np
 from msgspec import Struct
 
 from elastic import Largest
-from kinelast.scene.error import fault
-from kinelast.scene.figure import LEAST, Figure, Kind
 from kinelast.scene.moved_joint import coordinate, moved_joint
-from kinelast.scene.numbers import require
 from kinelast.scene.part import Assembly, Part
-from kinelast.scene.quantities import AngleOrLength
-from kinelast.scene.reading import Reader, reading
 from kinelast.scene.tables import JointNameTable
+from kinelast.values.error import fault
+from kinelast.values.figure import LEAST, Figure, Kind
+from kinelast.values.numbers import require
+from kinelast.values.quantities import AngleOrLength
+from kinelast.values.reading import Reader, reading
 from rigid import Mechanism, Motion, PinDrive, Reals, SliderDrive
 from rigid.analysis import LinkAngle, Slide
 

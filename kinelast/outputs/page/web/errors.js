@@ -1,6 +1,6 @@
 // Errors of figures in words, like kinelast/outputs/words.py.
 
-const UNRELIABLE = 0.25; // of kinelast/scene/numbers.py
+const UNRELIABLE = 0.25; // of kinelast/values/numbers.py
 // Mark of a figure with a large error.
 function unreliableMark(figure) {
   if (!figure?.value) return "";
@@ -27,4 +27,4 @@ function errorSize(figure) {
 }
 
 const share = (part) => `${number(100 * part, 2)} %`;
-const errorShare = (part) => (part < 1e-4 ? "< 0.01 %" : share(part)); // MIN_PRINTED_ERROR of kinelast/scene/numbers.py
+const errorShare = (part) => (part < 1e-4 ? "< 0.01 %" : share(part)); // MIN_PRINTED_ERROR of kinelast/values/numbers.py

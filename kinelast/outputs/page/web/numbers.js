@@ -1,4 +1,4 @@
-// Formats numbers with SI prefixes, few digits and angles within one turn, like kinelast/scene/numbers.py.
+// Formats numbers with SI prefixes, few digits and angles within one turn, like kinelast/values/numbers.py.
 const PREFIXES = { "-9": "n", "-6": "µ", "-3": "m", 0: "", 3: "k", 6: "M", 9: "G" };
 const UNPREFIXED = new Set(["", "deg", "kg", "kg/m", "kg/m^3", "kg m^2", "1", "m/s^2", "1/s^2", "rad/s", "rad/s^2"]);
 const METRES = { m: 1, cm: 1e-2, mm: 1e-3, "µm": 1e-6 };

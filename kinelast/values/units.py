@@ -5,7 +5,7 @@ from functools import cache
 from math import inf, nan
 from typing import Any, ClassVar, Self
 
-from kinelast.scene.error import likely, plain
+from kinelast.values.error import likely, plain
 
 # Units for mechanisms. The default registry of pint takes thirty times as long to load and treats angles as
 # dimensionless, so that 50 Hz would be read as 50 rad/s.
@@ -90,7 +90,7 @@ class Quantity(float):
         Metres per length unit of the file if `unit` is empty, otherwise 1.
     each
         Values for several designs, shape (designs, 1), or None for a single design. If given, the float itself is nan.
-        See `kinelast.scene.numbers`.
+        See `kinelast.values.numbers`.
     written
         Unit as written in the file; empty for a number without a unit.
     """
@@ -126,7 +126,7 @@ class Quantity(float):
 
         Examples
         --------
-        >>> from kinelast.scene.quantities import Length
+        >>> from kinelast.values.quantities import Length
         >>> Length.read("12 mm")
         0.012
         """

@@ -8,7 +8,7 @@ from contextlib import suppress
 from math import inf, pi
 from typing import Any, ClassVar, Self
 
-from kinelast.scene.units import Quantity, shown
+from kinelast.values.units import Quantity, shown
 
 MAX_LENGTH = 1e4  # [m] longer than any machine; kinelast.figures.inputs warns about links of more than 90 m
 MAX_SIZE_RATIO = 1e3  # largest ratio of the dimensions at the two ends of a beam

@@ -13,7 +13,7 @@ import numpy as np
 from msgspec import UNSET, Struct, UnsetType
 
 from elastic import FIELDS
-from kinelast.scene.figure import items_of
+from kinelast.values.figure import items_of
 from rigid.arrays import Flags
 
 if TYPE_CHECKING:

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from kinelast.scene.error import fault
+from kinelast.values.error import fault
 from rigid.arrays import Complex, Real
 
 
