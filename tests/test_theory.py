@@ -218,12 +218,23 @@ def test_the_start_of_a_cycle_is_as_accurate_as_the_rest():
     assert off < coarse.answer.courses["M"] < 2e-4
 
 
-def test_one_more_step_measures_the_error_of_the_first_steps_to_the_exact_answer():
+def test_more_steps_measure_the_error_of_the_first_steps_to_the_exact_answer():
     """Six times the last change, the bound, would be more than a tenth of the requested accuracy."""
     found, fine = (results_at(SLOW, run).answer for run in ('accuracy = "0.2 %"', f'theory = "{GEOMETRICALLY_EXACT}"'))
     assert found.theory == GEOMETRICALLY_EXACT
     for name in ("u", "w", "M"):
         assert _apart(fine, found, name) < found.courses[name] < 1.5e-4
+
+
+def test_a_negligible_discretization_error_of_an_exact_answer_is_not_measured(monkeypatch):
+    """At 5 %, two more steps measure the error, because the first of them changes deflections by half of the last."""
+    scene = read_scene(shipped_scenes()["steel_four_bar"])
+    fine = computed(scene, Request(theory=GEOMETRICALLY_EXACT)).answer
+    monkeypatch.setattr(exact_errors, "finer_solution", None)
+    found = computed(scene, Request(accuracy=0.05)).answer
+    assert found.theory == GEOMETRICALLY_EXACT
+    for name in ("w", "N", "M"):
+        assert 0.8 * _apart(fine, found, name) < found.courses[name] < 2 * _apart(fine, found, name)
 
 
 @pytest.mark.parametrize(("last_change", "expected"), [(1e-2, {LARGE: 5e-3}), (5e-3, {})])

@@ -243,7 +243,7 @@ def unit_displacements(
         structure.length[:, None] * structure.xi
     )
     turned = angle[:, links, None]
-    slope = turned + local_fields["slope"]
+    slope = np.add(turned, local_fields["slope"], order="C")
     shear = local_fields["phi"] - local_fields["slope"]  # the same at all positions, except with redundant joints
     beams = 1j * turned * arms[..., None]
     beams += shift[:, links, None]

@@ -1,7 +1,9 @@
-"""Errors of an answer by the geometrically exact theory of motion, measured by another answer or by one more step.
+"""Errors of an answer by the geometrically exact theory of motion, measured by another answer or by more steps.
 
 Errors are mappings by cause, see `figure_error`: corrected answers, and errors relative to the largest displacement.
 """
+
+import math
 
 from elastic.elastodynamics import (
     Elastodynamic,
@@ -66,15 +68,21 @@ def errors_of_exact(
     return {TIME: after}, {LARGE: left} if exact.exact.convergence_error > THEORY.stalled * tolerance else {}
 
 
-def errors_by_one_more_step(stepped: Elastodynamic, left: dict[str, float]) -> Errors:
-    """Measure the error after the first steps of the iteration to the exact answer by one more step.
+def errors_by_more_steps(stepped: Elastodynamic, left: dict[str, float]) -> Errors:
+    """Measure the error after the first steps of the iteration to the exact answer by one or two more steps.
 
-    The effect of all further steps is estimated as (last change)^2 / previous change. If the changes do not decrease,
-    no corrected answer is returned, and the errors are those in `left`.
+    The effect of all further steps is estimated as (last change)^2 / previous change. A second step is taken if this
+    effect is large compared with the first change. If the changes do not decrease, no corrected answer is returned, and
+    the errors are those in `left`.
     """
-    after = with_one_more_step(stepped)
-    before, change = (large_displacement_error(each) for each in (stepped, after))
-    if not change < before:
-        return {}, left
+    now, later, first = stepped, math.inf, 0.0
+    for _ in range(THEORY.max_more_steps):
+        after = with_one_more_step(now)
+        before, change = (large_displacement_error(each) for each in (now, after))
+        if not change < before:
+            return {}, left
+        now, later, first = after, THEORY.forces_later * change**2 / before, first or change
+        if later <= THEORY.max_later_ratio * first:
+            break
     shares = {name: share for name, share in left.items() if name != LARGE}
-    return {LARGE: after}, {**shares, HIGHER_ORDERS: THEORY.forces_later * change**2 / before}
+    return {LARGE: now}, {**shares, HIGHER_ORDERS: later}

@@ -36,7 +36,7 @@ from kinelast.figures.cycle import Cycle, too_many_beams
 from kinelast.figures.errors import Estimate
 from kinelast.figures.exact_errors import (
     errors_by_coarser,
-    errors_by_one_more_step,
+    errors_by_more_steps,
     errors_of_exact,
     estimated_errors_of_exact,
 )
@@ -259,7 +259,7 @@ class _Theories(Answers, frozen=True, eq=False, dict=True):
         if LARGE in left:
             left = {**left, LARGE: THEORY.forces_later * left[LARGE]}
             if not measured and left[LARGE] > self.accepted_bound(wanted):
-                measured, left = errors_by_one_more_step(stepped, left)
+                measured, left = errors_by_more_steps(stepped, left)
         return self.answer(GEOMETRICALLY_EXACT, stepped, measured, left)
 
     def _resolved(self, linear: Elastodynamic, finer: Elastodynamic | None, tolerance: float) -> Elastodynamic | None:
@@ -314,9 +314,7 @@ class _Theories(Answers, frozen=True, eq=False, dict=True):
 
     def _worth_measuring(self, answer: Elastodynamic, wanted: float) -> bool:
         """Return whether the discretization error has to be measured by another discretization."""
-        accepted = self.accepted_bound(wanted)
-        if answer.exact is None:
-            accepted = max(accepted, THEORY.negligible_bound * wanted)
+        accepted = max(self.accepted_bound(wanted), THEORY.negligible_bound * wanted)
         return worth_halving(self.scene.mechanism, answer.elements, answer.coordinates, answer.bound, accepted)
 
     def _large_displacement(

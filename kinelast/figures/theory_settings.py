@@ -26,8 +26,7 @@ class TheorySettings(Struct, frozen=True):
     max_theory_bound: float = 0.05  # the same for vibration and large displacement
     limits_factor: float = 0.2  # factor on both bounds if results are compared with limits, and in speed maps
     max_requested_bound: float = 1e-4  # largest bound if the user requests an accuracy, not relative to the accuracy
-    # below this bound, the discretization error of a linear vibration is not measured, even if `max_requested_bound` is
-    # smaller
+    # below this bound, the discretization error is not measured, even if `max_requested_bound` is smaller
     negligible_bound: float = 0.02
     bound_over_error: float = 4.0  # ratio of the bound on the discretization error to the usual discretization error
     # [1/rad] ratios of the bounds on the effect of large displacement to the largest rotation of a section. The second
@@ -51,6 +50,10 @@ class TheorySettings(Struct, frozen=True):
     stalled: float = 3.0  # the iteration stalled if its convergence error exceeds the tolerance by this factor
     error_over_change: float = 2.0  # ratio of the error due to large displacement to the last change in the iteration
     forces_later: float = 3.0  # bound on force error / deflection error after the first steps to the exact answer
+    # steps that measure the error after the first steps: their maximum number, and the largest estimated effect of
+    # further steps, relative to the change in the first of these steps
+    max_more_steps: int = 2
+    max_later_ratio: float = 0.5
 
     # machines at rest
     max_rest_change: float = 1e-9  # largest relative change in bending moments over time, due to round-off
