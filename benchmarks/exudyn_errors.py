@@ -21,7 +21,7 @@ import numpy as np
 from exudyn_model import FIELDS, Course, integrated
 from msgspec.structs import replace
 
-from kinelast.figures.answer import JOINT_FORCES
+from kinelast.answers.answer import JOINT_FORCES
 from kinelast.runs import computed
 from kinelast.scene.data import Scene
 from kinelast.tasks.request import Request

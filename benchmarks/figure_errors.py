@@ -26,13 +26,13 @@ from random_scenes import scenes
 from elastic import sample
 from elastic.elastodynamics import Elastodynamic, finer_solution, finer_vibration, geometrically_exact
 from fem_check.nonlinear import DoesNotCloseError, NotCheckedError, refined_deflection
-from kinelast.figures.answer import Answer
+from kinelast.answers.answer import Answer
+from kinelast.answers.results import Results
+from kinelast.answers.theory import _Theories, _vibrating, answer
 from kinelast.figures.cycle import Cycle
 from kinelast.figures.errors import MIN_SHARE_OF_UNIT
 from kinelast.figures.figure_error import NOT_OF_MOTION
 from kinelast.figures.measures import magnitudes
-from kinelast.figures.results import Results
-from kinelast.figures.theory import _Theories, _vibrating, answer
 from kinelast.scene.data import ACCURACY, Scene, scene_deflection, scene_motion
 from kinelast.values.error import SceneError
 from rigid import MechanismError, Reals

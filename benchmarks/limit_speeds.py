@@ -14,7 +14,7 @@ from random_scenes import FEATURES, scenes
 
 from elastic import cycle_maxima
 from elastic.elastodynamics import BoundUtilisation, SpeedMap, SpeedSearch, SpeedSolutions, prominences
-from kinelast.figures.bounds import damping_of
+from kinelast.answers.bounds import damping_of
 from kinelast.scene.data import Scene
 from kinelast.scene.document import read_scene
 from kinelast.tasks.task import shipped_scenes

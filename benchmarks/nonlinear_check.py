@@ -18,8 +18,8 @@ from typing import Any
 import measuring
 from random_scenes import scenes
 
-from kinelast.figures import checks
-from kinelast.figures.checks import NotMade
+from kinelast.answers import checks
+from kinelast.answers.checks import NotMade
 from kinelast.runs import computed
 from kinelast.tasks.request import Request
 

@@ -30,10 +30,10 @@ from drawn_scenes import text_of
 from random_mechanisms import Drawn, drawn
 from scipy.stats import beta
 
-from kinelast.figures.limits import VERDICTS, acceptance
+from kinelast.answers.results import Results
 from kinelast.figures.measures import measures_of
 from kinelast.figures.registry import figures_of
-from kinelast.figures.results import Results
+from kinelast.reports.limits import VERDICTS, acceptance
 from kinelast.runs import computed
 from kinelast.scene.data import ELASTODYNAMIC, GEOMETRICALLY_EXACT, QUASI_STATIC, scene_deflection, scene_motion
 from kinelast.scene.document import scene_from_text

@@ -14,16 +14,16 @@ from msgspec.structs import replace
 
 import rigid
 from elastic import without_positions
+from kinelast.answers.refusals import needed_by_limits, refusals
+from kinelast.answers.results import Results
 from kinelast.figures.cycle import Cycle
-from kinelast.figures.doubted import LIMIT_NAMES
-from kinelast.figures.limits import decisive
 from kinelast.figures.measures import bounded_items, magnitudes
 from kinelast.figures.output import output_of
-from kinelast.figures.refusals import needed_by_limits, refusals
 from kinelast.figures.registry import figures_of, limits_of
-from kinelast.figures.results import Results
 from kinelast.outputs.positions import motion_table, position_table
 from kinelast.outputs.table import Column
+from kinelast.reports.doubted import LIMIT_NAMES
+from kinelast.reports.limits import decisive
 from kinelast.scene.data import Scene, require_reached, require_tables, scene_deflection
 from kinelast.scene.document import Document, document_from_dict
 from kinelast.scene.limits import tolerance

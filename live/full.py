@@ -16,7 +16,7 @@ from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from kinelast.figures.report import JudgedLimit
+    from kinelast.reports.report import JudgedLimit
 
 
 def whole_answer(text: str, name: str, folder: Path | None) -> tuple[dict[str, Any], bytes, bytes]:
@@ -28,10 +28,10 @@ def whole_answer(text: str, name: str, folder: Path | None) -> tuple[dict[str, A
     import numpy as np
     from msgspec.structs import replace
 
-    from kinelast.figures.summary import report_of
     from kinelast.outputs.page import report_page
     from kinelast.outputs.sealed import made_from
     from kinelast.outputs.words import headline
+    from kinelast.reports.summary import report_of
     from kinelast.runs import SHOWN, computed, is_long
     from kinelast.scene.document import document_from_text
     from kinelast.scene.text import reader_in
@@ -70,7 +70,7 @@ def _limit(row: JudgedLimit) -> dict[str, Any]:
 
     The outcome takes the error of the value into account.
     """
-    from kinelast.figures.doubted import LIMIT_NAMES
+    from kinelast.reports.doubted import LIMIT_NAMES
 
     return {
         "name": LIMIT_NAMES.get(row.kind, row.name),

@@ -13,12 +13,12 @@ from tiers import in_tiers
 import kinelast.scene
 from elastic import RIGID, deflection, displacement_of
 from elastic.assessment import angle_error
+from kinelast.answers.results import Results
 from kinelast.cli.command import main
 from kinelast.figures.cycle import EXTREME_FIELDS
-from kinelast.figures.results import Results
-from kinelast.figures.summary import angle_figures, output_reading, point_figures, report_of
 from kinelast.outputs.page.data import BUDGET, kept_positions, numbers_of
 from kinelast.outputs.table import Column, Table, csv_bytes
+from kinelast.reports.summary import angle_figures, output_reading, point_figures, report_of
 from kinelast.runs import computed
 from kinelast.scene.data import scene_motion
 from kinelast.scene.document import scene_from_text

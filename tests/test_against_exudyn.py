@@ -17,7 +17,7 @@ from nonlinear import nonlinear_steady_state
 from elastic import Section, sample, with_rotary_inertia
 from elastic.elastodynamics import elastodynamic, geometrically_exact, theory_error
 from fem_check.nonlinear import refined_deflection
-from kinelast.figures.theory_settings import THEORY
+from kinelast.answers.theory_settings import THEORY
 from kinelast.runs import computed
 from kinelast.scene.data import GEOMETRICALLY_EXACT
 from kinelast.scene.document import read_scene
@@ -139,7 +139,7 @@ def test_the_error_of_forces_that_ring_faster_than_deflections(name, accuracy):
 
 def test_the_error_of_an_answer_for_which_a_finer_one_takes_too_long(monkeypatch):
     """A coarser answer measures the error of 0.4 %. Without it, 0.19 % would be estimated."""
-    monkeypatch.setattr("kinelast.figures.theory.THEORY", replace(THEORY, max_finer_work=0))
+    monkeypatch.setattr("kinelast.answers.theory.THEORY", replace(THEORY, max_finer_work=0))
     off, stated = errors_of_joint_force("end_masses", 0.005)
     assert off < 0.005
     assert 0.7 * off < stated < 2 * off

@@ -20,26 +20,26 @@ from msgspec.structs import replace
 from tiers import in_tiers
 
 from kinelast import report, scene_from_dict, shipped_scenes
+from kinelast.answers.refusals import STRENGTH, needed_by_limits
 from kinelast.designs import evaluate
 from kinelast.designs.base import design_measures
 from kinelast.designs.optimum_study import problem_of
 from kinelast.figures.cycle import Cycle
-from kinelast.figures.full_answer import full_answer
-from kinelast.figures.limits import KEPT, SEVERITY, limits_of_items, outcome_indices, verdict_on
 from kinelast.figures.measures import magnitudes
 from kinelast.figures.output import output_of
 from kinelast.figures.peaks import joined, run_figures
-from kinelast.figures.refusals import STRENGTH, needed_by_limits
 from kinelast.figures.registry import figures_of, limits_of
-from kinelast.figures.speeds import speeds
-from kinelast.figures.summary import summary
 from kinelast.outputs.speeds import speed_figures
+from kinelast.reports.full_answer import full_answer
+from kinelast.reports.limits import KEPT, SEVERITY, limits_of_items, outcome_indices, verdict_on
+from kinelast.reports.summary import summary
 from kinelast.runs import by_theory, computed, long_results
 from kinelast.scene.document import document_from_text
 from kinelast.scene.parsing import parse_toml
 from kinelast.scene.parts import PARTS
 from kinelast.scene.tables import LimitsTable
 from kinelast.scene.text import file_text
+from kinelast.speed_study.speeds import speeds
 from kinelast.tasks.progress import SILENT
 from kinelast.tasks.request import Request
 from kinelast.values.error import SceneError

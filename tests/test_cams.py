@@ -16,7 +16,7 @@ from kinelast import scene_from_dict
 from kinelast.cli.command import main
 from kinelast.designs import evaluate
 from kinelast.figures.peaks import run_figures
-from kinelast.figures.trust import findings
+from kinelast.reports.trust import findings
 from kinelast.runs import computed
 from kinelast.scene.data import scene_deflection, scene_motion
 from kinelast.scene.parts.cam_courses import (
@@ -461,7 +461,7 @@ class TestFigures:
     def test_limits_of_a_cam(self):
         given = with_cam(TAPPET, pressure="900 MPa", pressure_angle="10 deg", radius="5 mm", hollow_radius="5 mm")
         given["loads"] = [{"link": "tappet", "point": "A", "force": [0, -40]}]
-        from kinelast.figures.summary import summary
+        from kinelast.reports.summary import summary
 
         summarized = summary(computed(scene_from_dict(given), Request()))
         outcomes = {row["kind"]: row["outcome"] for row in summarized["acceptance"]["limits"]}
@@ -689,8 +689,8 @@ FLAT = {"roller": None, "roller_radius": None}
 )
 def test_a_machine_with_a_failing_cam_is_not_acceptable(given, pressed, level, why, words):
     """This holds for designs in all interfaces; the other figures keep their limits."""
-    from kinelast.figures.limits import outcome_indices
-    from kinelast.figures.summary import summary
+    from kinelast.reports.limits import outcome_indices
+    from kinelast.reports.summary import summary
     from live.answer import limit_rows
 
     scene = with_cam(TAPPET, **given)

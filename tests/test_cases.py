@@ -16,13 +16,13 @@ import pytest
 from tiers import in_tiers
 
 from elastic.elastodynamics import Damping, elastodynamic, stable_below
+from kinelast.answers.results import results_in_full
 from kinelast.cli.command import main
 from kinelast.figures.cycle import Cycle
-from kinelast.figures.results import results_in_full
-from kinelast.figures.speeds import LOAD_BOUND, speeds
 from kinelast.scene.data import scene_motion
 from kinelast.scene.document import scene_from_text
 from kinelast.scene.parts.bearings import clearance_figures
+from kinelast.speed_study.speeds import LOAD_BOUND, speeds
 from rigid.kinematics import repeated
 
 CASES = Path(__file__).parent / "data" / "cases"

@@ -19,7 +19,7 @@ TABLES = {
     "kinelast/scene/parts/__init__.py": "PARTS",
 }
 FUNCTIONS = {
-    "kinelast/figures/report_sections.py": "_load",
+    "kinelast/reports/sections.py": "_load",
     "kinelast/runs/run.py": "_drawings",
     "kinelast/designs/base.py": "_on_axis",
 }

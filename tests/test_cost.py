@@ -16,10 +16,10 @@ from elastic.vibration import natural_frequencies
 from kinelast.cli.command import main
 from kinelast.designs.studies import sensitivity_study
 from kinelast.figures.cycle import MAX_BEAMS
-from kinelast.figures.speeds import speeds
 from kinelast.runs import computed
 from kinelast.scene.data import scene_deflection, scene_motion
 from kinelast.scene.document import document_from_text, scene_from_text
+from kinelast.speed_study.speeds import speeds
 from kinelast.structure import structure_text
 from kinelast.tasks.progress import Progress
 from kinelast.tasks.request import Request
@@ -146,7 +146,7 @@ def test_vibration_of_too_many_beams_is_reported_as_unknown_before_it_starts(tmp
     def never(*_, **__):
         raise AssertionError("matrices of very many beams")
 
-    for place in ("kinelast.figures.theory.elastodynamic", "elastic.vibration.natural_frequencies"):
+    for place in ("kinelast.answers.theory.elastodynamic", "elastic.vibration.natural_frequencies"):
         monkeypatch.setattr(place, never)
     count = MAX_BEAMS + 1
     text = arm_of(count)

@@ -14,7 +14,7 @@ from elastic.cycle_maxima import COARSE, FINE, _bounds, cycle_maxima
 from kinelast import SceneError, scene_from_dict, scene_motion, shipped_scenes
 from kinelast.designs import evaluate
 from kinelast.designs.base import base_of
-from kinelast.figures.summary import summary
+from kinelast.reports.summary import summary
 from kinelast.runs import computed
 from kinelast.scene import build
 from kinelast.scene.document import document_from_dict, document_of, read_document

@@ -12,8 +12,8 @@ import kinelast
 from exchange import ExchangeError, read, scene_text, written
 from exchange.dxf import DrawnLink, dxf_text
 from exchange.reading import of_text
+from kinelast.answers.results import Results
 from kinelast.cli.command import main
-from kinelast.figures.results import Results
 from kinelast.outputs.exported import exchanged
 from kinelast.outputs.pictures import write_dxf
 from kinelast.scene.data import scene_deflection

@@ -19,9 +19,9 @@ from elastic.elastodynamics import (
 )
 from elastic.elastodynamics.solution import deflection_at, vibration_in
 from kinelast import scene_from_text, shipped_scenes
+from kinelast.answers.bounds import damping_of
+from kinelast.answers.results import results_in_full
 from kinelast.figures import errors
-from kinelast.figures.advice import nearer
-from kinelast.figures.bounds import damping_of
 from kinelast.figures.cycle import Cycle
 from kinelast.figures.figure_error import (
     BEAM_THEORY,
@@ -39,7 +39,7 @@ from kinelast.figures.main_figures import MainFigure, worst_of
 from kinelast.figures.measured import Measured, with_bodies
 from kinelast.figures.measures import magnitudes
 from kinelast.figures.registry import figures_of
-from kinelast.figures.results import results_in_full
+from kinelast.reports.advice import nearer
 from kinelast.runs.__init__ import computed
 from kinelast.scene.data import ELASTODYNAMIC, GEOMETRICALLY_EXACT, QUASI_STATIC
 from kinelast.scene.document import read_scene

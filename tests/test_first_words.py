@@ -14,17 +14,17 @@ from msgspec.structs import replace
 from tiers import in_tiers
 
 import kinelast.scene
+from kinelast.answers.refusals import yield_words
 from kinelast.cli.command import main
-from kinelast.figures.advice import nearer
 from kinelast.figures.figure_error import LARGE, FigureError
-from kinelast.figures.limits import KEPT, SEVERITY, TOO_NEAR, UNKNOWN, outcome_index
 from kinelast.figures.main_figures import MainFigure
-from kinelast.figures.refusals import yield_words
-from kinelast.figures.report import Verdict, report_from
-from kinelast.figures.summary import report_of
 from kinelast.outputs.assumptions import assumptions
 from kinelast.outputs.print_page import MARGIN, Paragraph
 from kinelast.outputs.words import MAX_NAMED, error_words, verdict_words
+from kinelast.reports.advice import nearer
+from kinelast.reports.limits import KEPT, SEVERITY, TOO_NEAR, UNKNOWN, outcome_index
+from kinelast.reports.report import Verdict, report_from
+from kinelast.reports.summary import report_of
 from kinelast.runs import computed
 from kinelast.scene.data import GEOMETRICALLY_EXACT
 from kinelast.tasks.request import Request

@@ -77,7 +77,7 @@ import numpy as np
 from threadpoolctl import threadpool_info
 import kinelast
 import kinelast.figures.cycle as cycle
-import kinelast.figures.theory as theory
+import kinelast.answers.theory as theory
 def reported(when):
     print(when, *(each["num_threads"] for each in threadpool_info() if each["user_api"] == "blas"))
 def watched(solved):

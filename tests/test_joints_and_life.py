@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 
+from kinelast.answers.refusals import CHECKS, outside_ranges
 from kinelast.cli.command import main
 from kinelast.designs import evaluate
 from kinelast.designs.optimum_study import optimum_study
 from kinelast.figures.errors import Estimate, figure_errors
-from kinelast.figures.refusals import CHECKS, outside_ranges
-from kinelast.figures.reserves import breaks_first
-from kinelast.figures.summary import summary
+from kinelast.reports.reserves import breaks_first
+from kinelast.reports.summary import summary
 from kinelast.runs import computed, long_results, require_chunk
 from kinelast.scene.document import document_of, scene_from_text
 from kinelast.scene.parts import PARTS as PARTS_OF_MACHINES

@@ -9,8 +9,8 @@ from tiers import in_tiers
 
 import kinelast
 from elastic import displacement_of
-from kinelast.figures.jumps import HEADING
-from kinelast.figures.trust import findings
+from kinelast.reports.jumps import HEADING
+from kinelast.reports.trust import findings
 from kinelast.runs import computed
 from kinelast.scene.data import scene_deflection
 from kinelast.scene.document import scene_from_text

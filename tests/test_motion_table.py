@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from kinelast import load
+from kinelast.answers.results import Results
 from kinelast.cli.command import main
-from kinelast.figures.results import Results
 from kinelast.outputs.positions import motion_table
 from kinelast.outputs.table import csv_rows
 from kinelast.runs import computed

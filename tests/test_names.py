@@ -11,8 +11,8 @@ import kinelast
 from animations import Picture, Style, off_screen
 from animations.shapes import moved_beams
 from elastic import deflection
+from kinelast.answers.results import Results
 from kinelast.cli.command import main
-from kinelast.figures.results import Results
 from kinelast.outputs import sheet
 from kinelast.outputs.pictures import draw_mechanism
 from kinelast.scene.data import scene_deflection, scene_motion

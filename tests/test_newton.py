@@ -13,7 +13,7 @@ from elastic.elastodynamics.displaced_links import exact_loads
 from elastic.elastodynamics.exact_residual import from_linear, residual_state, with_updated_foreshortening
 from elastic.elastodynamics.newton import solve_by_newton, tangent
 from kinelast import scene_from_text, scene_motion
-from kinelast.figures.bounds import damping_of
+from kinelast.answers.bounds import damping_of
 
 SPEED, STEP = 60.0, 1e-6
 ROUNDS = 12  # of the iteration of the section forces at given displacements

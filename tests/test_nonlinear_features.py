@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 from tiers import in_tiers
 
-from kinelast.figures.checks import NotMade, nonlinear_check
+from kinelast.answers.checks import NotMade, nonlinear_check
 from kinelast.runs import computed
 from kinelast.scene.document import read_scene, scene_from_text
 from kinelast.tasks.request import Request

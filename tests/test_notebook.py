@@ -35,9 +35,9 @@ from kinelast import (
     to_xarray,
     with_loads,
 )
-from kinelast.figures.summary import summary
 from kinelast.notebook.inline import Value
 from kinelast.outputs.sealed import json_bytes
+from kinelast.reports.summary import summary
 from rigid import MechanismError, PointLoad
 
 DOCS = Path(__file__).parents[1] / "docs"

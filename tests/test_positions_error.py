@@ -8,9 +8,9 @@ import pytest
 from tiers import in_tiers
 
 from kinelast import shipped_scenes
-from kinelast.figures import theory
+from kinelast.answers import theory
+from kinelast.answers.results import answered
 from kinelast.figures.figure_error import BETWEEN
-from kinelast.figures.results import answered
 from kinelast.runs import computed
 from kinelast.scene.data import ACCURACY, Theory
 from kinelast.scene.document import read_document, scene_from_text

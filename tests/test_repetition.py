@@ -9,7 +9,7 @@ from nonlinear import nonlinear_steady_state
 from scene_texts import FOUR_BAR, PARALLELOGRAM, edited
 
 from elastic import sample
-from kinelast.figures.trust import findings
+from kinelast.reports.trust import findings
 from kinelast.runs import computed
 from kinelast.scene.document import scene_from_text
 from kinelast.tasks.request import Request

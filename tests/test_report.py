@@ -19,15 +19,15 @@ from scene_texts import ARM, PARALLELOGRAM, PUSHED, edited, linked
 from tiers import in_tiers
 
 from elastic import deflection
+from kinelast.answers.results import Results
 from kinelast.cli.command import main
 from kinelast.figures.cycle import EXTREME_FIELDS
 from kinelast.figures.refined_peaks import refined
-from kinelast.figures.results import Results
-from kinelast.figures.summary import summary
-from kinelast.figures.trust import findings
 from kinelast.outputs import page
 from kinelast.outputs.charts import GREY, Axis, Chart, Curve, axis, cycle_charts, cycle_maps, field_maps, line_charts
 from kinelast.outputs.pictures import mechanism_drawing
+from kinelast.reports.summary import summary
+from kinelast.reports.trust import findings
 from kinelast.runs import computed
 from kinelast.scene.data import scene_motion
 from kinelast.scene.document import scene_from_dict, scene_from_text

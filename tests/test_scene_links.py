@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from scene_texts import FOUR_BAR, QUICK_RETURN, SLIDER_CRANK, edited
 
 from kinelast.designs import evaluate
-from kinelast.figures.summary import summary
+from kinelast.reports.summary import summary
 from kinelast.runs import computed
 from kinelast.scene.data import scene_motion
 from kinelast.scene.document import document_from_text, scene_from_dict, scene_from_text

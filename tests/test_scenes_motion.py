@@ -7,7 +7,7 @@ import pytest
 from scene_texts import FOUR_BAR, MESH, WHEEL, YOKE, edited
 
 from kinelast.cli.command import main
-from kinelast.figures.report_sections import law_figures
+from kinelast.reports.sections import law_figures
 from kinelast.scene.data import scene_motion
 from kinelast.scene.document import scene_from_text
 from kinelast.values.error import SceneError

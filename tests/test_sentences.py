@@ -13,16 +13,16 @@ import kinelast
 from elastic import displacement_of, sample
 from elastic.assessment import harmonics
 from elastic.vibration import natural_frequencies
-from kinelast.figures.answers import Answers
+from kinelast.answers.answers import Answers
 from kinelast.figures.cycle import Cycle
-from kinelast.figures.doubted import large_errors
 from kinelast.figures.figure_error import BEAM_THEORY, BODIES, VIBRATION, FigureError
 from kinelast.figures.measured import with_bodies
 from kinelast.figures.peaks import run_figures
-from kinelast.figures.report import UnreliableFigure
-from kinelast.figures.summary import report_of
-from kinelast.figures.trust import HEADINGS
 from kinelast.outputs.words import checked, headline, least_safety, trust_words
+from kinelast.reports.doubted import large_errors
+from kinelast.reports.report import UnreliableFigure
+from kinelast.reports.summary import report_of
+from kinelast.reports.trust import HEADINGS
 from kinelast.runs import computed
 from kinelast.scene.document import scene_from_text
 from kinelast.tasks.request import Request

@@ -15,16 +15,16 @@ from elastic.elastodynamics.speed_scan import Scan
 from elastic.elastodynamics.speed_settings import SPEEDS
 from elastic.elastodynamics.time_elements import Equations, periodic_amplitudes, propagation
 from elastic.elastodynamics.time_grid import Grid
-from kinelast.figures.bounds import damping_of
+from kinelast.answers.bounds import damping_of
+from kinelast.answers.refusals import STRENGTH
+from kinelast.answers.results import results_in_full
 from kinelast.figures.cycle import Cycle
 from kinelast.figures.measures import measures_of
-from kinelast.figures.refusals import STRENGTH
 from kinelast.figures.registry import figures_of, limits_of
-from kinelast.figures.results import results_in_full
-from kinelast.figures.speed_limits import SpeedLimit
-from kinelast.figures.speeds import FIGURE_OF_FIELD, SpeedPeak, Speeds, _SearchProgress, speeds
 from kinelast.outputs.speeds import _words, limit_words, speed_figures
 from kinelast.scene.document import read_scene, scene_from_text
+from kinelast.speed_study.speed_limits import SpeedLimit
+from kinelast.speed_study.speeds import FIGURE_OF_FIELD, SpeedPeak, Speeds, _SearchProgress, speeds
 from kinelast.tasks.progress import Progress
 from kinelast.tasks.task import shipped_scenes
 from kinelast.values.error import SceneError
@@ -431,7 +431,7 @@ def test_a_search_of_minutes_is_announced(monkeypatch):
             sentences.append(sentence)
 
     clock = iter([0.0, 0.0, 5.0, 10.0])
-    monkeypatch.setattr("kinelast.figures.speeds.time.monotonic", lambda: next(clock))
+    monkeypatch.setattr("kinelast.speed_study.speeds.time.monotonic", lambda: next(clock))
     looking = _SearchProgress("arm", Recorder())
     for done in (0, 10, 20):
         looking(done, 2010)

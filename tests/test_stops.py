@@ -8,11 +8,11 @@ from browser import Page, started
 from scene_texts import edited
 
 from kinelast import scene_from_text
+from kinelast.answers.results import results_in_full
 from kinelast.cli.command import main
 from kinelast.designs import evaluate
-from kinelast.figures.limits import acceptance
-from kinelast.figures.results import results_in_full
-from kinelast.figures.summary import summary
+from kinelast.reports.limits import acceptance
+from kinelast.reports.summary import summary
 from kinelast.scene.document import document_from_text
 from kinelast.scene.parts import symbols_of
 from kinelast.values.error import SceneError

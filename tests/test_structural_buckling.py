@@ -16,10 +16,10 @@ from elastic.assessment import euler_ratio
 from elastic.assessment.buckling import RESOLVED, BucklingModes, buckling_ratio
 from elastic.assessment.buckling_bound import buckling_bound
 from kinelast import read_scene, scene_from_text, shipped_scenes
-from kinelast.figures.results import results_in_full
-from kinelast.figures.speeds import speeds
-from kinelast.figures.summary import summary
+from kinelast.answers.results import results_in_full
+from kinelast.reports.summary import summary
 from kinelast.scene.data import scene_deflection
+from kinelast.speed_study.speeds import speeds
 from rigid import Beam, Link, Lump, Mechanism, PinDrive, PointLoad, Slider, Spring, Weld, motion
 from rigid.dynamics import law_of_time
 

@@ -16,9 +16,9 @@ from kinelast.cli.command import main
 from kinelast.designs import evaluate
 from kinelast.designs.evaluate import Evaluation
 from kinelast.designs.plan import plan_of
-from kinelast.figures.full_answer import FullAnswer
-from kinelast.figures.limits import KEPT, SEVERITY, Judgement, outcome_index
-from kinelast.figures.summary import summary as summary_of
+from kinelast.reports.full_answer import FullAnswer
+from kinelast.reports.limits import KEPT, SEVERITY, Judgement, outcome_index
+from kinelast.reports.summary import summary as summary_of
 from kinelast.runs import computed
 from kinelast.scene.document import document_from_dict, document_of
 from kinelast.scene.parsing import parse_toml

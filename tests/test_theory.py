@@ -20,12 +20,15 @@ from elastic.assessment import buckling
 from elastic.elastodynamics import including, transient
 from elastic.elastodynamics.vibration_settings import VIBRATION as VIBRATION_SETTINGS
 from kinelast import read_scene, scene_from_text, scene_motion, shipped_scenes
+from kinelast.answers import exact_errors
+from kinelast.answers.answer import Answer
+from kinelast.answers.bounds import damping_of
+from kinelast.answers.checks import NonlinearCheck, nonlinear_check, solid_check
+from kinelast.answers.results import Results
+from kinelast.answers.theory import _Theories
+from kinelast.answers.theory import answer as answer_of
+from kinelast.answers.theory_settings import THEORY
 from kinelast.cli.command import main
-from kinelast.figures import exact_errors
-from kinelast.figures.advice import exceedance_advice, nearer
-from kinelast.figures.answer import Answer
-from kinelast.figures.bounds import damping_of
-from kinelast.figures.checks import NonlinearCheck, nonlinear_check, nonlinear_report, solid_check
 from kinelast.figures.errors import Estimate
 from kinelast.figures.figure_error import (
     BEAM_THEORY,
@@ -38,17 +41,15 @@ from kinelast.figures.figure_error import (
     FigureError,
 )
 from kinelast.figures.main_figures import MainFigure
-from kinelast.figures.report import FurtherCheck
-from kinelast.figures.results import Results
-from kinelast.figures.speeds import speeds
-from kinelast.figures.summary import exceedance_rows, theory_report
-from kinelast.figures.theory import _Theories
-from kinelast.figures.theory import answer as answer_of
-from kinelast.figures.theory_settings import THEORY
-from kinelast.figures.trust import findings
 from kinelast.outputs.words import further_checks, reached_words
+from kinelast.reports.advice import exceedance_advice, nearer
+from kinelast.reports.report import FurtherCheck
+from kinelast.reports.sections import nonlinear_report
+from kinelast.reports.summary import exceedance_rows, theory_report
+from kinelast.reports.trust import findings
 from kinelast.runs import computed
 from kinelast.scene.data import ELASTODYNAMIC, GEOMETRICALLY_EXACT, QUASI_STATIC, scene_deflection
+from kinelast.speed_study.speeds import speeds
 from kinelast.tasks.progress import Progress
 from kinelast.tasks.request import Request
 from kinelast.values.error import SceneError
@@ -252,7 +253,7 @@ def test_an_exact_answer_whose_iteration_stalled_also_has_the_last_change_of_its
 
 
 def test_an_exact_answer_that_did_not_converge_needs_no_finer_answer(monkeypatch):
-    monkeypatch.setattr("kinelast.figures.theory.errors_of_exact", None)
+    monkeypatch.setattr("kinelast.answers.theory.errors_of_exact", None)
     iterate = SimpleNamespace(worst=0.11)
     exact = SimpleNamespace(
         time_error=0.01, reduction_error=0.03, exact=iterate, coarser=None, elements=4, coordinates=2
@@ -298,7 +299,7 @@ def test_a_known_vibration_is_not_solved_again_at_other_positions(monkeypatch):
     )
     known = answer_of(first.cycle, scene.theory, first.period).vibrating
     alone = answer_of(other.cycle, scene.theory, other.period)
-    monkeypatch.setattr("kinelast.figures.theory._vibrating", None)
+    monkeypatch.setattr("kinelast.answers.theory._vibrating", None)
     again = answer_of(other.cycle, scene.theory, other.period, known=known)
     assert (again.theory, again.error) == (alone.theory, alone.error)
     np.testing.assert_array_equal(sample(again.deflection, "w", [0.5]), sample(alone.deflection, "w", [0.5]))
@@ -397,7 +398,7 @@ def test_an_accuracy_that_cannot_be_reached_costs_no_more_than_one_that_nearly_c
 
 
 def test_a_long_exact_answer_is_announced_with_an_option_that_answers_sooner(monkeypatch):
-    monkeypatch.setattr("kinelast.figures.theory.THEORY", replace(THEORY, long=0.0))
+    monkeypatch.setattr("kinelast.answers.theory.THEORY", replace(THEORY, long=0.0))
     heard = Listener()
     computed(read_scene(shipped_scenes()["utenov_four_bar"]), Request(theory=GEOMETRICALLY_EXACT, positions=12), heard)
     (sentence,) = heard.sentences
@@ -821,10 +822,10 @@ def test_a_finer_vibration_helps_only_if_other_errors_are_small(large, helps):
 
 def test_large_displacement_of_a_well_resolved_vibration_needs_no_finer_vibration(monkeypatch):
     """The main figures reach 5 % without it, the time histories do not. Both theories share the same vibration."""
-    monkeypatch.setattr("kinelast.figures.theory.finer_vibration", None)
-    monkeypatch.setattr("kinelast.figures.theory._Theories._resolved", None)
+    monkeypatch.setattr("kinelast.answers.theory.finer_vibration", None)
+    monkeypatch.setattr("kinelast.answers.theory._Theories._resolved", None)
     shared = []
-    monkeypatch.setattr("kinelast.figures.answers.including", lambda *given: shared.append(given) or including(*given))
+    monkeypatch.setattr("kinelast.answers.answers.including", lambda *given: shared.append(given) or including(*given))
     answer = computed(read_scene(shipped_scenes()["steel_four_bar"]), Request()).answer
     assert answer.theory == GEOMETRICALLY_EXACT
     assert len(shared) == 1
@@ -841,7 +842,7 @@ def answer_with(parts, accuracy=None):
 @pytest.mark.slow
 def test_peaks_between_the_positions_do_not_lead_to_large_displacement(monkeypatch):
     """The press rings between its positions. Large displacement changes its deflection by less than 0.1 %."""
-    monkeypatch.setattr("kinelast.figures.theory.geometrically_exact", None)
+    monkeypatch.setattr("kinelast.answers.theory.geometrically_exact", None)
     answer = computed(read_scene(DATA / "vibrating_press.toml"), Request()).answer
     assert answer.theory == ELASTODYNAMIC
     assert answer.error < 0.05
@@ -869,7 +870,7 @@ def assert_within_errors(fine, answer):
 @pytest.mark.slow
 def test_errors_of_many_short_time_elements_are_measured_if_that_is_quick(monkeypatch):
     """The estimate from the series of the time elements is ten times too high, because the acceleration jumps."""
-    monkeypatch.setattr("kinelast.figures.theory.geometrically_exact", None)
+    monkeypatch.setattr("kinelast.answers.theory.geometrically_exact", None)
     scene = scene_from_text(ROCKER)
     answer, fine = (computed(scene, Request(theory=name)).answer for name in (None, ELASTODYNAMIC))
     assert answer.theory == ELASTODYNAMIC
@@ -882,7 +883,7 @@ def test_errors_of_many_short_time_elements_are_measured_if_that_is_quick(monkey
 
 @pytest.mark.slow
 def test_a_too_coarse_vibration_is_solved_finer_and_not_with_large_displacement(monkeypatch):
-    monkeypatch.setattr("kinelast.figures.theory.geometrically_exact", None)
+    monkeypatch.setattr("kinelast.answers.theory.geometrically_exact", None)
     scene = read_scene(DATA / "slow_six_bar.toml")
     answer, fine = (computed(scene, Request(theory=name)).answer for name in (None, ELASTODYNAMIC))
     assert (answer.theory, answer.vibrating.elements) == (ELASTODYNAMIC, 642)  # twice the 321 of the first vibration

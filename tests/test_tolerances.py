@@ -10,7 +10,7 @@ from scipy.stats import binom, norm
 from kinelast.designs.full_sample import FullColumn
 from kinelast.designs.sensitivities import sensitivities
 from kinelast.designs.tolerances import Tolerance, first_order, kept_share, scatter, variance_shares
-from kinelast.figures.limits import Judgement
+from kinelast.reports.limits import Judgement
 from kinelast.values.figure import Limit
 
 

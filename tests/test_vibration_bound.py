@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from kinelast.figures.bounds import bound_of_vibration
+from kinelast.answers.bounds import bound_of_vibration
 from kinelast.figures.measures import magnitudes
 from kinelast.runs import computed
 from kinelast.scene.data import ELASTODYNAMIC

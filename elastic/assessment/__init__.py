@@ -1,7 +1,7 @@
 """Assessment of a design: strength, buckling, output error, and validity of the theory."""
 
 from elastic.assessment.beam_theory import beyond_beam_theory, introduction_share, sections_with_shear, shear_share
-from elastic.assessment.buckling import Buckling, buckling_ratio
+from elastic.assessment.buckling import Buckling, BucklingModes, buckling_ratio
 from elastic.assessment.buckling_bound import buckling_bound
 from elastic.assessment.columns import euler_loads, euler_ratio, least_axial_force, slenderness
 from elastic.assessment.cycle import Harmonics, harmonics, over_cycle, period_of, rms

@@ -27,7 +27,12 @@ from elastic.elastodynamics.displacements import (
     unit_displacements,
 )
 from elastic.elastodynamics.elastic_structure import ElasticStructure, elastic_structure
-from elastic.elastodynamics.equations_of_motion import GeometricStiffness, geometric_stiffness
+from elastic.elastodynamics.equations_of_motion import (
+    GeometricStiffness,
+    geometric_stiffness,
+    mass_displacements,
+    masses,
+)
 from elastic.elastodynamics.point_effects import chosen_points
 from elastic.links.beam_trees import trees_of
 from elastic.solution import Deflection
@@ -195,6 +200,26 @@ class BucklingModes:
         pressed = np.where(values > 0.0, values, 0.0)
         ratio[known] = (self._shares(geometric, moved, modes) * pressed).max(axis=-1, initial=0.0).T
         return ratio
+
+    def frequencies(self, some: Integers) -> tuple[Reals, Reals]:
+        """Compute the lowest natural frequency at given positions [rad/s], without and with K_G and springs.
+
+        Each has the shape (positions,). The frequency with K_G is 0 if the load exceeds the critical load. The
+        symmetric part of K_G is used.
+        """
+        geometric, moved = self.geometric[some], self._moved(some)
+        motion = replace(self.motion, direction=self.motion.direction[:, some])
+        at_masses = np.sqrt(masses(self.structure))[:, None] * mass_displacements(
+            self.structure, motion, self.chosen, moved
+        )
+        mass: Reals = (np.conj(at_masses).swapaxes(-1, -2) @ at_masses).real
+        own = geometric.stiffness(moved, moved)
+        stiffness: Reals = np.eye(len(mass[0])) + (own + own.swapaxes(-1, -2)) / 2.0
+        values, modes = np.linalg.eigh(stiffness)
+        scaled = modes / np.sqrt(np.maximum(values, ROUND_OFF))[:, None]
+        per_load: Reals = scaled.swapaxes(-1, -2) @ mass @ scaled
+        free, loaded = (1.0 / np.sqrt(np.linalg.eigvalsh(each)[:, -1]) for each in (mass, per_load))
+        return free, np.where(values[:, 0] > ROUND_OFF, loaded, 0.0)
 
     def _moved(self, some: Integers) -> Displacements:
         """Return the displacements per unit of each shape in `basis` at given positions."""

@@ -45,7 +45,7 @@ class ValidityRange(Struct, frozen=True):
         return figure > self.beyond
 
 
-VALIDITY_RANGES = {  # "vibration" limits the total error of a result, see `kinelast.figures.theory`
+VALIDITY_RANGES = {  # "vibration" limits the total error of a result, see `kinelast.answers.theory`
     "slenderness": ValidityRange(0.03, 0.25),
     "deflection": ValidityRange(0.01, 0.1),
     "buckling": ValidityRange(0.1, 0.5),

@@ -15,10 +15,10 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from kinelast.figures.cycle import Cycle
-from kinelast.figures.limits import limits_kept
 from kinelast.figures.measures import Measure, chosen, measures_of
 from kinelast.figures.output import output_of
 from kinelast.figures.registry import figures_of, limits_of
+from kinelast.reports.limits import limits_kept
 from kinelast.scene import joints, limits, variables
 from kinelast.scene.course import CourseByLaws
 from kinelast.scene.data import Scene

@@ -9,11 +9,11 @@ from msgspec import Struct
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
+from kinelast.answers.results import Results, at_breaks
 from kinelast.designs.base import Base, DesignRows, base_of, out_of_bounds, table_with
 from kinelast.designs.plan import Plan
 from kinelast.figures.cycle import Cycle
-from kinelast.figures.limits import BROKEN, VERDICTS
-from kinelast.figures.results import Results, at_breaks
+from kinelast.reports.limits import BROKEN, VERDICTS
 from kinelast.scene.build import built
 from kinelast.scene.data import Scene, scene_deflection, scene_motion
 from kinelast.scene.document import Document, Tables, document_of

@@ -12,7 +12,7 @@ import numpy as np
 from msgspec import Struct
 from scipy.interpolate import RBFInterpolator
 
-from kinelast.figures.full_answer import FullAnswer
+from kinelast.reports.full_answer import FullAnswer
 from rigid.arrays import Flags, Reals
 
 # Numbers of machines with a full answer. If a number gives inaccurate response surfaces, the next number is used.

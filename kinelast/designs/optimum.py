@@ -16,8 +16,8 @@ from kinelast.designs.linearization import linearized
 from kinelast.designs.problem import RESERVE, DesignProblem, OptimizationTask
 from kinelast.designs.search import LocalOptimum, evolved, from_many_starts, local_searches
 from kinelast.designs.sensitivities import sensitivities
-from kinelast.figures.full_answer import FullAnswer
-from kinelast.figures.limits import Judgement
+from kinelast.reports.full_answer import FullAnswer
+from kinelast.reports.limits import Judgement
 from kinelast.tasks.progress import SILENT, Progress
 from rigid.arrays import Reals
 

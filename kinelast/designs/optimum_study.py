@@ -17,10 +17,10 @@ from kinelast.designs.base import design_measures
 from kinelast.designs.evaluate import batched_figures, evaluate
 from kinelast.designs.optimum import ACTIVE, Optimum, OptimumResult, optimum, optimum_from
 from kinelast.designs.problem import SPARE, DesignProblem, OptimizationTask, adjusted_bound, optimization_task
-from kinelast.figures.full_answer import FullAnswer, full_answer
-from kinelast.figures.limits import BROKEN, KEPT, TOO_NEAR, Judgement
 from kinelast.figures.output import output_of
 from kinelast.figures.registry import limits_of
+from kinelast.reports.full_answer import FullAnswer, full_answer
+from kinelast.reports.limits import BROKEN, KEPT, TOO_NEAR, Judgement
 from kinelast.scene.data import Scene
 from kinelast.scene.document import Document, Tables, document_of
 from kinelast.scene.format import SceneTable

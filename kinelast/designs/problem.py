@@ -16,7 +16,7 @@ from msgspec.structs import replace
 
 from kinelast.designs.sensitivities import FiguresOf
 from kinelast.designs.tolerances import Tolerance
-from kinelast.figures.limits import Judgement, elastic_limits, limits_of_items
+from kinelast.reports.limits import Judgement, elastic_limits, limits_of_items
 from kinelast.scene.document import Document
 from kinelast.scene.format import SceneTable
 from kinelast.scene.limits import bounds, figure_bounds, tolerance

@@ -17,8 +17,8 @@ from kinelast.designs.full_sample import FullColumn, full_columns
 from kinelast.designs.problem import tolerance_task
 from kinelast.designs.sensitivities import Sensitivities, sensitivities
 from kinelast.designs.tolerances import DESIGNS, ToleranceResult
-from kinelast.figures.full_answer import FullAnswer, full_answer
-from kinelast.figures.limits import LIMITS_KEPT, LIMITS_MARGIN, limits_of_items
+from kinelast.reports.full_answer import FullAnswer, full_answer
+from kinelast.reports.limits import LIMITS_KEPT, LIMITS_MARGIN, limits_of_items
 from kinelast.scene.data import scene_motion
 from kinelast.scene.document import Document, Tables, document_of
 from kinelast.scene.format import SceneTable

@@ -16,12 +16,12 @@ from scipy.stats import binomtest, norm, qmc, sobol_indices, uniform
 
 from elastic import displacement_of
 from elastic.assessment import angle_error
+from kinelast.answers.refusals import STRENGTH
 from kinelast.designs.full_sample import FullColumn, within_limits
 from kinelast.designs.sensitivities import FiguresOf, Sensitivities
 from kinelast.figures.cycle import Cycle
-from kinelast.figures.full_answer import FullAnswer
-from kinelast.figures.limits import UNKNOWN, Judgement
-from kinelast.figures.refusals import STRENGTH
+from kinelast.reports.full_answer import FullAnswer
+from kinelast.reports.limits import UNKNOWN, Judgement
 from kinelast.scene.limits import Output
 from kinelast.scene.variables import Variable
 from kinelast.values.figure import FIXED, OUTPUT_ERROR, SCENE, Figure, fixed, largest_of, whole

@@ -19,7 +19,7 @@ from kinelast.tasks.progress import SILENT, Progress
 from rigid.arrays import Flags, Reals
 
 if TYPE_CHECKING:
-    from kinelast.figures.results import Results
+    from kinelast.answers.results import Results
 
 POINTS = 9  # number of instants in each bracket (interval that contains a peak) and round
 ROUNDS = 9  # number of rounds, each of which shrinks the bracket to a quarter: enough to find smooth peaks to round-off

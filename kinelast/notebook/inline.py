@@ -12,13 +12,13 @@ from msgspec import Struct, convert
 from msgspec.structs import asdict, replace
 
 from kinelast import notebook
-from kinelast.figures.report import Report, data_of
-from kinelast.figures.results import Results
-from kinelast.figures.summary import report_of
+from kinelast.answers.results import Results
 from kinelast.outputs.page import report_page
 from kinelast.outputs.positions import joint_loads
 from kinelast.outputs.sealed import made_from
 from kinelast.outputs.words import error_words, headline
+from kinelast.reports.report import Report, data_of
+from kinelast.reports.summary import report_of
 from kinelast.runs import computed
 from kinelast.scene.data import QUASI_STATIC, Scene
 from kinelast.scene.document import Document

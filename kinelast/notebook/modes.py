@@ -7,7 +7,7 @@ import numpy as np
 from msgspec import Struct
 
 from elastic.elastodynamics import NaturalModes, natural_modes
-from kinelast.figures.bounds import damping_of
+from kinelast.answers.bounds import damping_of
 from kinelast.figures.cycle import too_many_beams
 from kinelast.notebook import STATIONS, PartsByName, SceneMotion, motion, rigid_line, scene_of, unknown_name
 from kinelast.scene.data import Scene

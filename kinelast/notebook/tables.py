@@ -6,7 +6,7 @@ import numpy as np
 from msgspec.structs import replace
 
 from elastic import FIELDS, sample
-from kinelast.figures.results import Results
+from kinelast.answers.results import Results
 from kinelast.notebook import SceneDeflection, SceneMotion, point_names, shown
 from kinelast.outputs.positions import motion_columns, motion_table, position_table
 from kinelast.values.figure import drive_words

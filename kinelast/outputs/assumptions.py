@@ -3,8 +3,8 @@
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
-from kinelast.figures.report import Report
 from kinelast.outputs.words import output_words, size
+from kinelast.reports.report import Report
 from kinelast.scene.data import QUASI_STATIC
 from kinelast.values.numbers import quantity
 from kinelast.values.reading import Reading

@@ -8,11 +8,11 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
-from kinelast.figures.report import Report
 from kinelast.outputs.outbox import rewritten
 from kinelast.outputs.page import MARK, index_page
 from kinelast.outputs.table import Column, Table, csv_bytes, csv_rows, parquet_bytes
 from kinelast.outputs.words import OUTCOMES, least_safety, limit_rows
+from kinelast.reports.report import Report
 from kinelast.tasks.task import Outcome
 from kinelast.values.error import plain
 from kinelast.values.reading import Reading

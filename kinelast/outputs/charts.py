@@ -14,7 +14,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from elastic import FIELDS, Field, FieldKind, sample
-from kinelast.figures.results import Results
+from kinelast.answers.results import Results
 from kinelast.outputs.sheet import LINKS as COLOURS
 from kinelast.values.figure import drive_words
 from kinelast.values.numbers import number, quantity, scale_of, ticks, unit_words

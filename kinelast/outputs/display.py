@@ -1,7 +1,7 @@
 """Display list of a scene (a mechanism with its motion): the symbols that the report and the pictures show."""
 
+from kinelast.answers.results import Results
 from kinelast.figures.cycle import Cycle
-from kinelast.figures.results import Results
 from kinelast.scene.parts import symbols_of
 from symbols import Mark, extent_of, marks_of
 

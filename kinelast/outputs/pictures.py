@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from elastic import sample
-from kinelast.figures.results import Results
+from kinelast.answers.results import Results
 from kinelast.outputs.charts import INK, SOFT, axis, cycle_charts, cycle_maps, line_charts, new_axes, svg_of
 from kinelast.outputs.display import display_list, extent
 from kinelast.outputs.positions import PROFILE

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from elastic import FIELDS, sample
-from kinelast.figures.results import Results
+from kinelast.answers.results import Results
 from kinelast.outputs.table import Column, Table, csv_bytes
 from kinelast.scene.data import Scene
 from kinelast.scene.parts import PARTS

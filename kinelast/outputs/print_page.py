@@ -8,9 +8,7 @@ from typing import Any
 
 from msgspec import Struct
 
-from kinelast.figures.limits import BROKEN, KEPT
-from kinelast.figures.report import Report
-from kinelast.figures.results import Results
+from kinelast.answers.results import Results
 from kinelast.outputs.assumptions import assumptions
 from kinelast.outputs.charts import INK, SOFT, STYLE
 from kinelast.outputs.pictures import draw_mechanism
@@ -26,6 +24,8 @@ from kinelast.outputs.words import (
     trust_words,
     verdict_words,
 )
+from kinelast.reports.limits import BROKEN, KEPT
+from kinelast.reports.report import Report
 from kinelast.values.numbers import capitalized, number
 from kinelast.values.reading import GOOD, Reading
 

@@ -15,7 +15,7 @@ import msgspec
 from msgspec.structs import asdict
 
 from kinelast import __version__
-from kinelast.figures.report import Origin
+from kinelast.reports.report import Origin
 from kinelast.tasks.request import Request
 
 SUMMARY = "summary.json"

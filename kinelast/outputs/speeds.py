@@ -14,15 +14,15 @@ from typing import Any
 import numpy as np
 
 from elastic.elastodynamics import Resonance
+from kinelast.answers.refusals import STRENGTH
 from kinelast.figures.leading_drive import leading_drive, speed_unit
-from kinelast.figures.limits import TOO_NEAR, UNKNOWN
 from kinelast.figures.output import output_of
-from kinelast.figures.refusals import STRENGTH
 from kinelast.figures.registry import figures_of, limits_of
-from kinelast.figures.speed_limits import SpeedLimit
-from kinelast.figures.speeds import FIGURE_OF_FIELD, Speeds
 from kinelast.outputs.table import Column, Table
+from kinelast.reports.limits import TOO_NEAR, UNKNOWN
 from kinelast.scene.data import Scene
+from kinelast.speed_study.speed_limits import SpeedLimit
+from kinelast.speed_study.speeds import FIGURE_OF_FIELD, Speeds
 from kinelast.values.figure import drive_words, items_of
 from kinelast.values.numbers import UNRELIABLE, percent, quantity, scale_of, unit_words
 from kinelast.values.reading import known

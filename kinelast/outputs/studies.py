@@ -16,11 +16,11 @@ from kinelast.designs.optimum_study import optimum_study
 from kinelast.designs.problem import steps_of
 from kinelast.designs.studies import sensitivity_study, tolerance_study
 from kinelast.designs.tolerances import DESIGNS
-from kinelast.figures.limits import BROKEN, UNKNOWN, VERDICTS, verdict_on
-from kinelast.figures.report import OptimumLimit, OptimumReport, OptimumVariable, Verdict
 from kinelast.outputs import sensitivities as bars
 from kinelast.outputs.table import Table, write_table
 from kinelast.outputs.words import error_words, size
+from kinelast.reports.limits import BROKEN, UNKNOWN, VERDICTS, verdict_on
+from kinelast.reports.report import OptimumLimit, OptimumReport, OptimumVariable, Verdict
 from kinelast.scene.data import QUASI_STATIC
 from kinelast.scene.document import Document
 from kinelast.scene.text import of_file

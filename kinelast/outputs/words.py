@@ -11,10 +11,10 @@ from msgspec.structs import replace
 
 from elastic import FIELDS
 from kinelast.figures.cycle import MAX_CONDITION
-from kinelast.figures.doubted import LIMIT_NAMES, large_errors, unjudged_limits
-from kinelast.figures.inputs import INPUTS
-from kinelast.figures.limits import KEPT, UNKNOWN, VERDICTS
-from kinelast.figures.report import (
+from kinelast.reports.doubted import LIMIT_NAMES, large_errors, unjudged_limits
+from kinelast.reports.inputs import INPUTS
+from kinelast.reports.limits import KEPT, UNKNOWN, VERDICTS
+from kinelast.reports.report import (
     CheckReport,
     FurtherCheck,
     JudgedLimit,
@@ -24,7 +24,7 @@ from kinelast.figures.report import (
     RunReport,
     TheoryReport,
 )
-from kinelast.figures.trust import digits_left
+from kinelast.reports.trust import digits_left
 from kinelast.scene.data import QUASI_STATIC
 from kinelast.values.numbers import (
     SI,

@@ -15,12 +15,12 @@ import numpy as np
 from msgspec.structs import replace
 
 from elastic import FIELDS, PRIMARY, Deflection, without_positions
-from kinelast.figures.checks import momentum_balances, nonlinear_check, solid_check
+from kinelast.answers.checks import momentum_balances, nonlinear_check, solid_check
+from kinelast.answers.results import Results, answered, with_breaks
 from kinelast.figures.cycle import EXTREME_FIELDS, too_many_beams
 from kinelast.figures.output import output_of
 from kinelast.figures.peaks import joined, run_figures
 from kinelast.figures.registry import limits_of
-from kinelast.figures.results import Results, answered, with_breaks
 from kinelast.scene.data import Scene, require_reached, require_tables, scene_deflection, scene_motion
 from kinelast.tasks.progress import SILENT, Progress
 from kinelast.tasks.request import Request, RequestError
@@ -197,7 +197,7 @@ def computed(scene: Scene, request: Request, progress: Progress = SILENT) -> Res
 
 
 def by_theory(plain: Results, request: Request, progress: Progress) -> Results:
-    """Convert quasi-static results to results by the requested theory, see `kinelast.figures.results.answered`."""
+    """Convert quasi-static results to results by the requested theory, see `kinelast.answers.results.answered`."""
     scene, theory = plain.scene, request.theory_of(plain.scene)
     judged = bool(limits_of(scene))
     if scene.labels and not (theory.plain and not judged):

@@ -14,14 +14,14 @@ from msgspec import UNSET, UnsetType, to_builtins
 from msgspec.structs import replace
 
 from kinelast import runs
+from kinelast.answers.results import Results
 from kinelast.figures.registry import limits_of
-from kinelast.figures.report import OptimumReport, Origin, Report, data_of, report_from
-from kinelast.figures.results import Results
 from kinelast.outputs import positions as tables
 from kinelast.outputs.outbox import EARLIER, complete, foreign
 from kinelast.outputs.sealed import files_of, finished, made_from, seal, summary_in, write_json
 from kinelast.outputs.table import write_table
 from kinelast.outputs.words import headline, questions
+from kinelast.reports.report import OptimumReport, Origin, Report, data_of, report_from
 from kinelast.runs import SHOWN, computed, is_long
 from kinelast.scene.course import OnStep
 from kinelast.scene.data import Scene
@@ -191,7 +191,7 @@ def _finish(
     -------
     The report, and the summary with the checksums of all files.
     """
-    from kinelast.figures.summary import report_of
+    from kinelast.reports.summary import report_of
 
     for name, table in tables.cam_tables(results.scene).items():
         write_table(part / f"{name}.csv", table, request.tables)
@@ -221,12 +221,12 @@ def _with_studies(
     more: dict[str, Any] = {}
     if request.speeds and results.scene.labels:
         more["speeds"] = _speeds(part, results.scene, request.speeds[:3], request.tables, progress)
-        from kinelast.figures.reserves import with_limit_speed
+        from kinelast.reports.reserves import with_limit_speed
 
         rows = with_limit_speed(report.breaks_first, more["speeds"], results.scene)
         report = replace(report, breaks_first=rows)
     if request.balance:
-        from kinelast.figures.balance import balance_figures, balance_text
+        from kinelast.reports.balance import balance_figures, balance_text
 
         more["balance"] = balance_figures(results)
         if balanced := balance_text(document, more["balance"]):
@@ -242,8 +242,8 @@ def _speeds(
     part: Path, scene: Scene, asked: tuple[float, float, int], others: Sequence[str], progress: Progress
 ) -> dict[str, Any]:
     """Write the largest values at several drive speeds (speeds.csv, speeds.svg), and return them for the report."""
-    from kinelast.figures.speeds import speeds
     from kinelast.outputs.speeds import draw_speeds, speed_figures, speed_table
+    from kinelast.speed_study.speeds import speeds
 
     progress(f"{scene.name}: speeds", 0, 1)
     found = speeds(scene, asked, progress)

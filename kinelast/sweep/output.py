@@ -16,10 +16,10 @@ from kinelast import __version__
 from kinelast.designs.base import base_of
 from kinelast.designs.evaluate import Evaluation
 from kinelast.designs.plan import ListedValues, Plan, plan_of
-from kinelast.figures.limits import LIMITS_KEPT, LIMITS_MARGIN, verdict_on
 from kinelast.figures.registry import limits_of
 from kinelast.outputs.outbox import put
 from kinelast.outputs.sealed import beside_digests, json_bytes
+from kinelast.reports.limits import LIMITS_KEPT, LIMITS_MARGIN, verdict_on
 from kinelast.scene.data import QUASI_STATIC
 from kinelast.scene.document import Document, document_from_bytes, read_document
 from kinelast.scene.text import file_bytes, of_file

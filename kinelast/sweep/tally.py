@@ -21,9 +21,9 @@ from msgspec.structs import replace
 from kinelast.designs.base import base_of
 from kinelast.designs.evaluate import Evaluation, evaluated
 from kinelast.designs.problem import adjusted_bound
-from kinelast.figures.full_answer import FullAnswer, full_answer
-from kinelast.figures.limits import LIMITS_KEPT, LIMITS_MARGIN, limits_of_items, verdict_on
-from kinelast.figures.report import Verdict
+from kinelast.reports.full_answer import FullAnswer, full_answer
+from kinelast.reports.limits import LIMITS_KEPT, LIMITS_MARGIN, limits_of_items, verdict_on
+from kinelast.reports.report import Verdict
 from kinelast.scene.data import QUASI_STATIC
 from kinelast.sweep.store import NUMBER, THEORY, VERDICT
 from kinelast.tasks.progress import Progress

@@ -20,7 +20,7 @@ from kinelast.tasks.request import RequestError
 from kinelast.values.error import SceneError, plain
 
 if TYPE_CHECKING:
-    from kinelast.figures.report import Report
+    from kinelast.reports.report import Report
 
 MAX_ARGUMENT = 200  # longer arguments are shortened to this number of characters in messages
 FOREIGN = ".pmks", ".linkage2", ".json", ".dxf"  # file extensions of other programs

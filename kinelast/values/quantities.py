@@ -10,7 +10,7 @@ from typing import Any, ClassVar, Self
 
 from kinelast.values.units import Quantity, shown
 
-MAX_LENGTH = 1e4  # [m] longer than any machine; kinelast.figures.inputs warns about links of more than 90 m
+MAX_LENGTH = 1e4  # [m] longer than any machine; kinelast.reports.inputs warns about links of more than 90 m
 MAX_SIZE_RATIO = 1e3  # largest ratio of the dimensions at the two ends of a beam
 MAX_COORDINATE = 1e9  # [rad or m] largest drive coordinate; round-off makes larger angles meaningless
 

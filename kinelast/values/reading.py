@@ -17,9 +17,9 @@ from kinelast.values.figure import items_of
 from rigid.arrays import Flags
 
 if TYPE_CHECKING:
+    from kinelast.answers.results import Results
     from kinelast.figures.cycle import Cycle
     from kinelast.figures.peaks import Peak
-    from kinelast.figures.results import Results
     from kinelast.scene.data import Scene
 
 MAX_MARKS = 24  # maximum number of positions in a list, e.g. of positions at which a fault occurs

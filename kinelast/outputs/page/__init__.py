@@ -16,13 +16,13 @@ from typing import Any
 
 import numpy as np
 
+from kinelast.answers.results import Results
 from kinelast.figures.registry import figures_of
-from kinelast.figures.report import Report, data_of
-from kinelast.figures.results import Results
 from kinelast.outputs.assumptions import assumptions
 from kinelast.outputs.page.data import Numbers, kept_positions, model_of, numbers_of
 from kinelast.outputs.sealed import json_bytes
 from kinelast.outputs.words import checked, headline, to_read, trust_words, verdict_words
+from kinelast.reports.report import Report, data_of
 from kinelast.scene.parts import PARTS
 from kinelast.values.figure import LEAST
 from kinelast.values.numbers import SI, DisplayUnits

@@ -11,8 +11,8 @@ import numpy as np
 
 from elastic import FIELDS, coefficients
 from elastic.links import BeamRuns, members_of
+from kinelast.answers.results import Results
 from kinelast.figures.cycle import EXTREME_FIELDS, Cycle
-from kinelast.figures.results import Results
 from kinelast.outputs.display import display_list, extent
 from kinelast.scene.drive_values import of_drives
 from kinelast.scene.parts.cam_courses import cam_flanks, cam_force, cam_outline, cam_pressure, cam_torque

@@ -10,10 +10,10 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from elastic.elastodynamics import BoundUtilisation, Resonance, SpeedMap, SpeedSearch
-from kinelast.figures.limits import KEPT, SEVERITY, UNKNOWN, ends, outcome_index, outcome_indices
+from kinelast.answers.refusals import STRENGTH, refusals
 from kinelast.figures.measures import bounded_items
-from kinelast.figures.refusals import STRENGTH, refusals
 from kinelast.figures.registry import limits_of
+from kinelast.reports.limits import KEPT, SEVERITY, UNKNOWN, ends, outcome_index, outcome_indices
 from kinelast.scene.data import Scene
 from kinelast.values.figure import BEAM, Figure, Limit, items_of
 from rigid.arrays import Reals

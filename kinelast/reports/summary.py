@@ -13,21 +13,30 @@ from elastic import FIELDS, PRIMARY
 from elastic.assessment import VALIDITY_RANGES
 from elastic.links import members_of
 from kinelast import __version__
-from kinelast.figures import report
-from kinelast.figures.accuracy import small_figures, worst_figure
-from kinelast.figures.checks import check_passed, nonlinear_report, solid_report
+from kinelast.answers.checks import check_passed
+from kinelast.answers.results import Results
 from kinelast.figures.cycle import EXTREME_FIELDS
-from kinelast.figures.doubted import large_errors, unjudged_limits
-from kinelast.figures.limits import acceptance
 from kinelast.figures.output import slid, turns_of
 from kinelast.figures.peaks import Peak, greatest
 from kinelast.figures.registry import output_figures
-from kinelast.figures.report import Report, data_of
-from kinelast.figures.report_sections import drives_of, friction_of, inputs_of, joints_of, strength_of, vibration_of
-from kinelast.figures.reserves import breaks_first
-from kinelast.figures.results import Results
-from kinelast.figures.shares import output_shares
-from kinelast.figures.trust import exceedance_level, findings, left_out, reliability
+from kinelast.reports import report
+from kinelast.reports.accuracy import small_figures, worst_figure
+from kinelast.reports.doubted import large_errors, unjudged_limits
+from kinelast.reports.limits import acceptance
+from kinelast.reports.report import Report, data_of
+from kinelast.reports.reserves import breaks_first
+from kinelast.reports.sections import (
+    drives_of,
+    friction_of,
+    inputs_of,
+    joints_of,
+    nonlinear_report,
+    solid_report,
+    strength_of,
+    vibration_of,
+)
+from kinelast.reports.shares import output_shares
+from kinelast.reports.trust import exceedance_level, findings, left_out, reliability
 from kinelast.scene.data import ACCURACY, QUASI_STATIC, Scene
 from kinelast.scene.limits import Output
 from kinelast.scene.parts import PARTS

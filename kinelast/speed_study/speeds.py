@@ -14,20 +14,21 @@ from msgspec.structs import replace
 from elastic import Deflection, Largest
 from elastic.assessment import beyond_beam_theory, buckling_bound
 from elastic.elastodynamics import Resonance, SpeedMap, SpeedSearch, SpeedSolutions, critical_speeds, prominences
-from kinelast.figures.bounds import accepted_bound, damping_of
+from kinelast.answers.bounds import accepted_bound, damping_of
+from kinelast.answers.refusals import needed_by_limits
+from kinelast.answers.results import Results, at_critical_load
+from kinelast.answers.theory_settings import THEORY
 from kinelast.figures.cycle import Cycle
 from kinelast.figures.errors import MIN_SHARE_OF_UNIT, Estimate, figure_errors, frequency_error, motion_errors
 from kinelast.figures.figure_error import HIGHER_ORDERS, LARGE, TIME
 from kinelast.figures.leading_drive import nominal_speed
-from kinelast.figures.limits import BROKEN, SEVERITY, VERDICTS
 from kinelast.figures.measures import Measure, magnitudes, measures_of
 from kinelast.figures.output import output_of
-from kinelast.figures.refusals import needed_by_limits
 from kinelast.figures.registry import figures_of, limits_of
-from kinelast.figures.results import Results, at_critical_load
-from kinelast.figures.speed_limits import SpeedLimit, amplified, by_figure, limit_speed, outcomes, yield_speed
-from kinelast.figures.theory_settings import THEORY
+from kinelast.reports.frequencies import frequency_change
+from kinelast.reports.limits import BROKEN, SEVERITY, VERDICTS
 from kinelast.scene.data import Scene, scene_deflection
+from kinelast.speed_study.speed_limits import SpeedLimit, amplified, by_figure, limit_speed, outcomes, yield_speed
 from kinelast.tasks.progress import SILENT, Progress, lasting, one_thread
 from kinelast.values.error import SceneError
 from kinelast.values.figure import LEAST, OUTPUT_ERROR, SCENE, Figure, items_of, sole
@@ -325,8 +326,11 @@ def _errors(
         shares[TIME] = settled / THEORY.bound_over_error
     by_key = figure_errors(answer, figures, Estimate(stages, bodies, shares, forces=forces))
     sizes = magnitudes(answer, figures)
-    stiff = frequency_error(sizes["deflection"], by_key["deflection"])
-    rows = {figure.key: stiff * (1.0 + sizes[figure.key]) for figure in figures if figure.asked and not figure.rigid}
+    of_frequencies = [figure for figure in figures if figure.asked and not figure.rigid]
+    rows = {}
+    if of_frequencies:
+        stiff = frequency_error(sizes["deflection"], by_key["deflection"]) + abs(frequency_change(answer))
+        rows = {figure.key: stiff * (1.0 + sizes[figure.key]) for figure in of_frequencies}
     shares_of_motion = of_motion(len(bent.motion.time) - 1)
     rows |= {key: np.where(share, share * np.abs(sizes[key]), 0.0) for key, share in shares_of_motion.items()}
     return np.concatenate([rows.get(figure.key, [error.size for error in by_key[figure.key]]) for figure in figures])

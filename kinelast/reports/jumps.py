@@ -5,7 +5,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from elastic import Deflection
-from kinelast.figures.results import Results
+from kinelast.answers.results import Results
 from kinelast.scene.data import scene_deflection
 from kinelast.scene.drives import DriveEffort
 from kinelast.values.numbers import coordinate, few, quantity

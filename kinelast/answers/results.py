@@ -15,14 +15,14 @@ from msgspec.structs import replace
 from elastic import Deflection, Extreme, without_positions
 from elastic.assessment import VALIDITY_RANGES, Exceedance, exceedances, period_of, slenderness
 from elastic.vibration import Frequencies
-from kinelast.figures.checks import NonlinearCheck, NotMade
+from kinelast.answers.checks import NonlinearCheck, NotMade
+from kinelast.answers.refusals import yield_words
 from kinelast.figures.cycle import Cycle
 from kinelast.figures.figure_error import FigureError
 from kinelast.figures.main_figures import MainFigure, worst_of
 from kinelast.figures.measured import with_bodies
 from kinelast.figures.output import output_of
 from kinelast.figures.peaks import Peak, RunFigures, run_figures
-from kinelast.figures.refusals import yield_words
 from kinelast.figures.registry import limits_of
 from kinelast.scene.data import QUASI_STATIC, Scene, Theory, scene_deflection, scene_motion
 from kinelast.tasks.progress import SILENT, Progress, one_thread
@@ -34,7 +34,7 @@ from rigid.arrays import distinct, without
 if TYPE_CHECKING:
     from fem_check import Comparison, MomentumBalance
     from fem_check.solid import SolidComparison
-    from kinelast.figures.answer import Answer
+    from kinelast.answers.answer import Answer
 
 ASKED_FOR = "the quasi-static theory was chosen"
 WORST = {"deflection": "deflection", "buckling": "buckling", "yield": "stress"}
@@ -300,7 +300,7 @@ def answered(plain: Results, theory: Theory, judged: bool, progress: Progress = 
     Raises
     ------
     SceneError
-        The theory cannot solve the scene, as described in `kinelast.figures.theory.answer`.
+        The theory cannot solve the scene, as described in `kinelast.answers.theory.answer`.
     """
     scene, whole = plain.scene, at_critical_load(at_breaks(plain), plain.scene.course.at)
     if whole.buckles:
@@ -312,7 +312,7 @@ def answered(plain: Results, theory: Theory, judged: bool, progress: Progress = 
             return plain
         run = with_breaks(plain, run_figures(plain.cycle, output_of(scene, plain.deflection)))
         return replace(plain, run=run.with_averages(whole.cycle))
-    from kinelast.figures.theory import answer, answer_at
+    from kinelast.answers.theory import answer, answer_at
 
     best = answer(whole.cycle, theory, plain.period, theory.plain, progress)
     if not (theory.plain or plain.left_out) and len(best.missed_peaks):

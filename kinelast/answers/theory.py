@@ -29,22 +29,22 @@ from elastic.elastodynamics import (
     with_large_displacement,
     worth_halving,
 )
-from kinelast.figures.answer import NEGLIGIBLE_GAIN, Answer
-from kinelast.figures.answers import Answers
-from kinelast.figures.bounds import accepted_bound, bound_of_vibration, damping_of, largest_rotation
-from kinelast.figures.cycle import Cycle, too_many_beams
-from kinelast.figures.errors import Estimate
-from kinelast.figures.exact_errors import (
+from kinelast.answers.answer import NEGLIGIBLE_GAIN, Answer
+from kinelast.answers.answers import Answers
+from kinelast.answers.bounds import accepted_bound, bound_of_vibration, damping_of, largest_rotation
+from kinelast.answers.exact_errors import (
     errors_by_coarser,
     errors_by_more_steps,
     errors_of_exact,
     estimated_errors_of_exact,
 )
+from kinelast.answers.theory_settings import THEORY
+from kinelast.figures.cycle import Cycle, too_many_beams
+from kinelast.figures.errors import Estimate
 from kinelast.figures.figure_error import HIGHER_ORDERS, LARGE, TIME, VIBRATION
 from kinelast.figures.main_figures import HEADLINE, main_figures_of
 from kinelast.figures.measures import magnitudes
 from kinelast.figures.registry import limits_of
-from kinelast.figures.theory_settings import THEORY
 from kinelast.scene.data import ACCURACY, ELASTODYNAMIC, GEOMETRICALLY_EXACT, QUASI_STATIC, Scene, Theory
 from kinelast.tasks.progress import SILENT, Progress, lasting, one_thread
 from kinelast.values.error import SceneError
@@ -189,7 +189,7 @@ class _Theories(Answers, frozen=True, eq=False, dict=True):
         """Yield the answers of all theories, from the cheapest theory to the most accurate.
 
         The errors in an answer are measured only if a bound on them exceeds a fraction of the accuracy (see
-        `kinelast.figures.bounds`). A finer discretization measures the discretization error. The first steps of the
+        `kinelast.answers.bounds`). A finer discretization measures the discretization error. The first steps of the
         iteration for the geometrically exact answer measure the effect of large displacement. If no theory is requested
         by name, the result of these first steps is also yielded as an answer, provided that the last of them changes
         deflections by at most `max_last_change` times the accuracy. If a theory is requested by name and vibration is
@@ -308,7 +308,7 @@ class _Theories(Answers, frozen=True, eq=False, dict=True):
         return self.answer(QUASI_STATIC, None, {}, {VIBRATION: vibration, LARGE: large})
 
     def accepted_bound(self, wanted: float, share: float = THEORY.max_discretization_bound) -> float:
-        """Return the largest error bound that is accepted in place of an error, see `kinelast.figures.bounds`."""
+        """Return the largest error bound that is accepted in place of an error, see `kinelast.answers.bounds`."""
         bound = accepted_bound(wanted, bool(limits_of(self.scene)), share)
         return bound if self.theory.accuracy is None else min(bound, THEORY.max_requested_bound)
 

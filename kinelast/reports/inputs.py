@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 from elastic.beams import POISSON
-from kinelast.figures.report_sections import fastest_drive
-from kinelast.figures.results import Results
+from kinelast.answers.results import Results
+from kinelast.reports.sections import fastest_drive
 from kinelast.scene.data import Scene
 from kinelast.scene.parts import PARTS
 from kinelast.values.numbers import number, percent, quantity

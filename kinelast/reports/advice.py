@@ -9,15 +9,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from kinelast.answers.checks import POSITIONS, nonlinear_refusal
 from kinelast.figures import figure_error
-from kinelast.figures.checks import POSITIONS, nonlinear_refusal
 from kinelast.figures.figure_error import FigureError
 from kinelast.scene.data import GEOMETRICALLY_EXACT
 from kinelast.values.numbers import percent
 
 if TYPE_CHECKING:
-    from kinelast.figures.answer import Answer
-    from kinelast.figures.results import Results
+    from kinelast.answers.answer import Answer
+    from kinelast.answers.results import Results
 
 MIN_ACCURACY = 1e-4  # smallest `accuracy` that a message suggests
 MEASURE = "Run with --check solid to measure the error of beam theory"

@@ -14,8 +14,8 @@ from elastic.elastodynamics import (
     moved_to,
     with_one_more_step,
 )
+from kinelast.answers.theory_settings import THEORY
 from kinelast.figures.figure_error import HIGHER_ORDERS, LARGE, TIME
-from kinelast.figures.theory_settings import THEORY
 
 Errors = tuple[dict[str, Elastodynamic], dict[str, float]]  # corrected answers (or a coarser one), and relative errors
 

@@ -9,10 +9,10 @@ from collections.abc import Iterable, Mapping
 
 from msgspec import Struct
 
-from kinelast.figures.limits import UNKNOWN, Judgement, if_reliable, judged_measure, value_and_error
+from kinelast.answers.results import results_in_full
 from kinelast.figures.measures import measures_of
 from kinelast.figures.registry import figures_of
-from kinelast.figures.results import results_in_full
+from kinelast.reports.limits import UNKNOWN, Judgement, if_reliable, judged_measure, value_and_error
 from kinelast.scene.data import QUASI_STATIC, Scene
 from kinelast.values.error import SceneError
 from kinelast.values.figure import Limit

@@ -8,8 +8,8 @@ from msgspec.structs import replace
 from elastic import Deflection, deflection, displacement_of
 from elastic.assessment import angle_error
 from elastic.links import AddedLoads, map_loads
-from kinelast.figures.report import LinkShare
-from kinelast.figures.results import Results
+from kinelast.answers.results import Results
+from kinelast.reports.report import LinkShare
 from kinelast.scene.data import scene_deflection
 from kinelast.scene.limits import Output
 from kinelast.values.reading import Reading, known

@@ -16,18 +16,16 @@ from elastic.links import members_of
 from kinelast.figures import errors, figure_error
 from kinelast.figures.measured import Measured
 from kinelast.figures.registry import NAMES
-from kinelast.figures.report import FurtherCheck
 from kinelast.scene.course import CourseByLaws
 from kinelast.scene.data import ELASTODYNAMIC, QUASI_STATIC
 from kinelast.values.figure import OUTPUT_ERROR, points_of
 from kinelast.values.numbers import UNRELIABLE
-from kinelast.values.reading import known, reading
 
 if TYPE_CHECKING:
     from fem_check import MomentumBalance
     from fem_check.nonlinear import RefinedDeflection
     from fem_check.solid import SolidComparison
-    from kinelast.figures.results import Results
+    from kinelast.answers.results import Results
     from kinelast.scene.data import Scene
     from rigid import Mechanism, Reals
 
@@ -190,7 +188,7 @@ def _damping(results: Results) -> Reals:
     """
     if results.answer and results.answer.vibrating:
         return results.answer.vibrating.damping.beams
-    from kinelast.figures.bounds import damping_of
+    from kinelast.answers.bounds import damping_of
 
     frequencies = results.frequencies
     return damping_of(results.scene).with_default_beta(frequencies.lowest if frequencies else math.inf).beams
@@ -338,51 +336,3 @@ def allowed_difference(estimate: float) -> float:
     Return nan if this error is unknown.
     """
     return math.nan if math.isnan(estimate) else max(MAX_RATIO * estimate, MIN_DIFFERENCE)
-
-
-def nonlinear_report(check: NonlinearCheck | NotMade | None) -> FurtherCheck | None:
-    """Return the nonlinear check for the report.
-
-    Differences are relative to the largest chord deflection of the beam.
-    """
-    if check is None:
-        return None
-    if isinstance(check, NotMade):
-        return FurtherCheck(None, None, check.problem)
-    return FurtherCheck(
-        passed=check.passed,
-        largest=check.largest,
-        too_close_to_decide=check.near,
-        cannot_tell=check.cannot_tell,
-        elements=check.elements,
-        steps=check.steps,
-        positions=check.positions,
-        estimate=known(check.estimate),
-        own_errors={"mesh": check.mesh, "step": check.step},
-        links={
-            label: {
-                "difference": check.difference[label],
-                "without_vibration": check.without_vibration[label],
-                "peak": reading(check.peak[label], "m"),
-            }
-            for label in check.difference
-        },
-    )
-
-
-def solid_report(check: SolidComparison | NotMade | None) -> FurtherCheck | None:
-    """Return the check with plane bodies for the report.
-
-    The largest difference is relative to the largest chord deflection.
-    """
-    if check is None:
-        return None
-    if isinstance(check, NotMade):
-        return FurtherCheck(problem=check.problem)
-    return FurtherCheck(
-        largest=known(check.relative),
-        links=dict(check.by_link),
-        left_out=dict(check.left_out),
-        refinement=check.refinement,
-        positions=check.compared,
-    )

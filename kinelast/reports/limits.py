@@ -12,18 +12,19 @@ import numpy as np
 from msgspec import UNSET, Struct, structs
 from msgspec.structs import replace
 
-from kinelast.figures.advice import nearer
+from kinelast.answers.refusals import STRENGTH, can_yield, needed_by_limits, refusals
+from kinelast.answers.results import Results
 from kinelast.figures.cycle import Cycle
 from kinelast.figures.errors import RECIPROCAL
 from kinelast.figures.measures import Measure, bounded_items, magnitudes, measures_of
-from kinelast.figures.refusals import STRENGTH, can_yield, needed_by_limits, refusals
 from kinelast.figures.registry import ALONG_BEAMS, figures_of, limits_of
-from kinelast.figures.report import JudgedLimit, Verdict
-from kinelast.figures.results import Results
-from kinelast.figures.trust import doubts
+from kinelast.reports.advice import nearer
+from kinelast.reports.frequencies import frequency_change, frequency_error
+from kinelast.reports.report import JudgedLimit, Verdict
+from kinelast.reports.trust import doubts
 from kinelast.scene.data import Scene
 from kinelast.values.figure import FIXED, LARGEST, LEAST, SCENE, Figure, Limit, fixed, items_of
-from kinelast.values.numbers import UNRELIABLE, has_large_error
+from kinelast.values.numbers import UNRELIABLE, has_large_error, percent
 from kinelast.values.reading import Reader, Reading, known, reading
 from rigid.arrays import Integers, Real, Reals, of_designs
 
@@ -265,7 +266,7 @@ def value_and_error(results: Results, measure: Measure) -> tuple[float, float]:
     if entry.of_motion(results.scene) or entry.here:
         value = value if closer is None else _value(measure, closer)
         return value, math.nan if closer is None else abs(value - _value(measure, closer.coarser))
-    return value, (1.0 + value) * results.figures.frequency_error
+    return value, (1.0 + value) * frequency_error(results)
 
 
 def _value(measure: Measure, cycle: Cycle) -> float:
@@ -279,6 +280,10 @@ def judged_measure(results: Results, limit: Limit, measure: Measure | None) -> J
     value, error = value_and_error(results, measure) if measure else (math.nan, math.nan)
     outcome = BROKEN if results.buckles and math.isnan(value) else SEVERITY[int(outcome_index(limit, value, error))]
     problem = results.buckles or f"the error of {limit.figure} is unknown" if outcome == UNKNOWN else ""
+    if outcome == TOO_NEAR and measure and not (measure.figure.of_motion(results.scene) or measure.figure.here):
+        change = frequency_change(results.cycle)
+        if abs(change) > results.figures.frequency_error:
+            problem = f"forces and springs change natural frequencies by {percent(change)}"
     return _or_refused(results, Judgement(limit, outcome, 0, value, error, problem), limit.figure, [])
 
 

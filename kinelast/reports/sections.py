@@ -1,17 +1,21 @@
-"""Sections of the report on inputs, strength, vibration, drives, joints and friction."""
+"""Sections of the report on inputs, strength, vibration, drives, joints, friction and checks."""
+
+from __future__ import annotations
 
 import math
 import re
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from msgspec import UNSET
 from msgspec.structs import asdict, replace
 
 from elastic.assessment import harmonics
-from kinelast.figures import report
+from kinelast.answers.checks import NonlinearCheck, NotMade
+from kinelast.answers.results import Results
 from kinelast.figures.peaks import STATIONS
-from kinelast.figures.results import Results
+from kinelast.reports import report
+from kinelast.reports.frequencies import frequency_error
 from kinelast.scene.data import Scene
 from kinelast.scene.drives import DriveEffort
 from kinelast.scene.parts import PARTS
@@ -21,6 +25,9 @@ from machine.cams import CamPush
 from rigid import ConstantSpeed, LineLoad, Link, Lump, PointLoad, Resistance, TorsionSpring, law_peaks
 from rigid.arrays import Flags
 from rigid.kinetostatics import friction_joints, sliding_directions
+
+if TYPE_CHECKING:
+    from fem_check.solid import SolidComparison
 
 SAME = 1e-9  # points with a smaller distance, relative to the size of the link, count as equal
 STEADY = 1e-9  # a speed whose relative change is smaller is considered constant
@@ -157,7 +164,7 @@ def vibration_of(reader: Reader) -> dict[str, Any] | None:
     if frequencies is None:
         return None
     speed, lowest = _steady_speed(results), frequencies.lowest
-    error = {"error": known(results.figures.frequency_error * lowest)}
+    error = {"error": known(frequency_error(results) * lowest)}
     return {
         "positions": len(frequencies.position),
         "natural": [
@@ -322,3 +329,51 @@ def resting(results: Results) -> Flags:
     signs = sliding_directions(results.motion, results.deflection.forces.sliding)
     still: Flags = np.all([sign == 0.0 for sign in signs.values()], axis=0)
     return still & ~results.cycle.lost
+
+
+def nonlinear_report(check: NonlinearCheck | NotMade | None) -> report.FurtherCheck | None:
+    """Return the nonlinear check for the report.
+
+    Differences are relative to the largest chord deflection of the beam.
+    """
+    if check is None:
+        return None
+    if isinstance(check, NotMade):
+        return report.FurtherCheck(None, None, check.problem)
+    return report.FurtherCheck(
+        passed=check.passed,
+        largest=check.largest,
+        too_close_to_decide=check.near,
+        cannot_tell=check.cannot_tell,
+        elements=check.elements,
+        steps=check.steps,
+        positions=check.positions,
+        estimate=known(check.estimate),
+        own_errors={"mesh": check.mesh, "step": check.step},
+        links={
+            label: {
+                "difference": check.difference[label],
+                "without_vibration": check.without_vibration[label],
+                "peak": reading(check.peak[label], "m"),
+            }
+            for label in check.difference
+        },
+    )
+
+
+def solid_report(check: SolidComparison | NotMade | None) -> report.FurtherCheck | None:
+    """Return the check with plane bodies for the report.
+
+    The largest difference is relative to the largest chord deflection.
+    """
+    if check is None:
+        return None
+    if isinstance(check, NotMade):
+        return report.FurtherCheck(problem=check.problem)
+    return report.FurtherCheck(
+        largest=known(check.relative),
+        links=dict(check.by_link),
+        left_out=dict(check.left_out),
+        refinement=check.refinement,
+        positions=check.compared,
+    )

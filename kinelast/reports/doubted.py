@@ -2,8 +2,8 @@
 
 from collections.abc import Callable, Iterable, Sequence
 
-from kinelast.figures.limits import UNKNOWN
-from kinelast.figures.report import JudgedLimit, UnreliableFigure
+from kinelast.reports.limits import UNKNOWN
+from kinelast.reports.report import JudgedLimit, UnreliableFigure
 from kinelast.values.numbers import few, percent
 
 LIMIT_NAMES = {

@@ -12,9 +12,10 @@ from msgspec.structs import replace
 from elastic import Deflection
 from elastic.assessment import beyond_beam_theory, euler_ratio
 from elastic.elastodynamics import Elastodynamic, Vibration, including, moved_to
-from kinelast.figures.answer import Answer
+from kinelast.answers.answer import Answer
+from kinelast.answers.bounds import largest_rotation
+from kinelast.answers.theory_settings import THEORY
 from kinelast.figures.between import Between
-from kinelast.figures.bounds import largest_rotation
 from kinelast.figures.cycle import Cycle
 from kinelast.figures.errors import Estimate
 from kinelast.figures.figure_error import LARGE, TIME, VIBRATION
@@ -22,7 +23,6 @@ from kinelast.figures.main_figures import MainFigure, main_figures_of
 from kinelast.figures.measures import magnitudes
 from kinelast.figures.output import output_of
 from kinelast.figures.registry import figures_of
-from kinelast.figures.theory_settings import THEORY
 from kinelast.scene.data import GEOMETRICALLY_EXACT, QUASI_STATIC, Scene, Theory
 from kinelast.values.figure import Figure
 

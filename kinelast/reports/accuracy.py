@@ -7,12 +7,12 @@ import math
 from collections.abc import Iterator
 from typing import Any
 
-from kinelast.figures.advice import nearer
-from kinelast.figures.answer import Answer
+from kinelast.answers.answer import Answer
+from kinelast.answers.results import Results
 from kinelast.figures.figure_error import LARGE
 from kinelast.figures.main_figures import HEADLINE, MainFigure
 from kinelast.figures.peaks import greatest
-from kinelast.figures.results import Results
+from kinelast.reports.advice import nearer
 from kinelast.scene.data import GEOMETRICALLY_EXACT
 from kinelast.values.figure import OUTPUT_ERROR
 from kinelast.values.numbers import MINUS, capitalized, error_percent, percent

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from kinelast.figures.results import Results
+from kinelast.answers.results import Results
 from kinelast.scene.document import Document
 from kinelast.scene.links import drawn_direction, drawn_places
 from kinelast.values.numbers import DisplayUnits, coordinate, percent, quantity

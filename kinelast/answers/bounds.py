@@ -6,8 +6,8 @@ import numpy as np
 
 from elastic.assessment import vibration_bound
 from elastic.elastodynamics import Damping
+from kinelast.answers.theory_settings import THEORY
 from kinelast.figures.cycle import Cycle
-from kinelast.figures.theory_settings import THEORY
 from kinelast.scene.data import Scene
 
 

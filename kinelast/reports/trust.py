@@ -10,15 +10,15 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from elastic.assessment import VALIDITY_RANGES, Exceedance, shear_share
-from kinelast.figures.accuracy import accuracy_findings
-from kinelast.figures.advice import exceedance_advice
-from kinelast.figures.checks import check_passed
+from kinelast.answers.checks import check_passed
+from kinelast.answers.refusals import outside_ranges
+from kinelast.answers.results import Results
 from kinelast.figures.cycle import MAX_CONDITION
-from kinelast.figures.inputs import cycle_findings, input_findings
-from kinelast.figures.jumps import jump_findings
-from kinelast.figures.refusals import outside_ranges
-from kinelast.figures.report_sections import friction_of
-from kinelast.figures.results import Results
+from kinelast.reports.accuracy import accuracy_findings
+from kinelast.reports.advice import exceedance_advice
+from kinelast.reports.inputs import cycle_findings, input_findings
+from kinelast.reports.jumps import jump_findings
+from kinelast.reports.sections import friction_of
 from kinelast.scene.data import GEOMETRICALLY_EXACT
 from kinelast.scene.parts import PARTS
 from kinelast.values.figure import NOISE
@@ -84,7 +84,7 @@ def doubts(results: Results) -> list[str]:
     """Return words on the findings that make all results unreliable, so that no limit can be declared met.
 
     A known error is not such a finding, because a limit is judged with the error in the limited figure. Nor is a
-    yielding link, see `kinelast.figures.refusals.refusals`.
+    yielding link, see `kinelast.answers.refusals.refusals`.
     """
     poor = [finding.heading for finding in findings(results) if finding.level == POOR]
     return [f"not reliable: {heading.lower()}" for heading in poor if heading != HEADINGS["yield"]]

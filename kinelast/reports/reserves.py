@@ -7,14 +7,14 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from kinelast.figures.doubted import LIMIT_NAMES
+from kinelast.answers.refusals import STRENGTH
+from kinelast.answers.results import Results
 from kinelast.figures.leading_drive import nominal_speed
-from kinelast.figures.limits import judged_limit, judged_row
 from kinelast.figures.measures import bounded_items
-from kinelast.figures.refusals import STRENGTH
 from kinelast.figures.registry import OF_OUTPUTS, figures_of
-from kinelast.figures.report import Reserve
-from kinelast.figures.results import Results
+from kinelast.reports.doubted import LIMIT_NAMES
+from kinelast.reports.limits import judged_limit, judged_row
+from kinelast.reports.report import Reserve
 from kinelast.scene.data import Scene
 from kinelast.scene.parts.fatigue import FATIGUED
 from kinelast.values.figure import BEAM, MACHINE, Limit, items_of

@@ -1,0 +1,40 @@
+"""Error in the lowest natural frequency, which is computed without the effects of forces and springs."""
+
+import numpy as np
+
+from elastic.assessment import BucklingModes
+from kinelast.answers.results import Results
+from kinelast.figures.cycle import Cycle, too_many_beams
+from kinelast.tasks.progress import one_thread
+from rigid.arrays import distinct
+
+
+def frequency_error(results: Results) -> float:
+    """Return the relative error in the lowest natural frequency due to beam theory, forces and springs."""
+    return results.figures.frequency_error + abs(frequency_change(results.cycle))
+
+
+def frequency_change(cycle: Cycle) -> float:
+    """Return the relative change in the lowest natural frequency due to axial forces, other loads and springs.
+
+    `Cycle.frequencies` neglects these effects. A compressive force reduces the frequency, to 0 at the critical load.
+    The change is computed at the position with the lowest frequency, and where the load is largest relative to the
+    critical load. It is nan if it is unknown, and 0 without beams.
+    """
+    return cycle.once(_frequency_change)
+
+
+@one_thread()
+def _frequency_change(cycle: Cycle) -> float:
+    known, bent = cycle.frequencies, cycle.deflection.complete or cycle.deflection
+    if known is None or len(cycle.columns) > 1:
+        return 0.0
+    omega, ratio = known.omega[0], cycle.buckling_ratio
+    if too_many_beams(cycle.scene.mechanism) or not np.isfinite(omega).any():
+        return np.nan
+    lowest = known.position[int(np.nanargmin(omega))]
+    try:
+        free, loaded = BucklingModes(bent).frequencies(distinct([lowest, *ratio.position[ratio.value > 0.0]]))
+    except np.linalg.LinAlgError:
+        return np.nan
+    return float(loaded.min() / free.min() - 1.0)

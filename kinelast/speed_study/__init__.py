@@ -1,0 +1,1 @@
+"""Figures and limits as functions of the drive speed."""
