@@ -17,9 +17,12 @@ from elastic.assessment.buckling import RESOLVED, BucklingModes, buckling_ratio
 from elastic.assessment.buckling_bound import buckling_bound
 from kinelast import read_scene, scene_from_text, shipped_scenes
 from kinelast.answers.results import results_in_full
+from kinelast.reports.limits import acceptance
 from kinelast.reports.summary import summary
+from kinelast.runs import computed
 from kinelast.scene.data import scene_deflection
 from kinelast.speed_study.speeds import speeds
+from kinelast.tasks.request import Request
 from rigid import Beam, Link, Lump, Mechanism, PinDrive, PointLoad, Slider, Spring, Weld, motion
 from rigid.dynamics import law_of_time
 
@@ -62,6 +65,32 @@ buckling = 0.6
 positions = 180
 """  # a light rod with pinned ends moves a heavy ram, and the soft crank lets it vibrate
 
+STRUT = """
+[materials.steel]
+E = "210 GPa"
+density = 7850
+[points]
+O = [0.0, 0.0]
+A = [0.02, 0.0]
+B = [0.82, 0.0]
+[links]
+ground.points = ["O"]
+crank = {points = ["O", "A"], rigid = true, mass = "1 kg", center = "O"}
+strut = {points = ["A", "B"], section = "round 12", material = "steel"}
+ram = {points = ["B"], mass = "2 kg"}
+[sliders]
+guide = {link = "ram", through = "B", direction = "0 deg"}
+[[drives]]
+link = "crank"
+speed = "10 rpm"
+[[loads]]
+link = "ram"
+point = "B"
+force = ["-2.8 kN", 0.0]
+[limits.figures]
+frequency = {least = "200 rad/s"}
+"""
+
 
 def divided(parts, length=1.5):
     return {f"P{k}": length * k / parts for k in range(parts + 1)}
@@ -75,6 +104,12 @@ def buckling_factor(bent):
         return np.full(bent.motion.columns, np.nan)
     with np.errstate(divide="ignore"):
         return 1.0 / ratio
+
+
+def frequencies(mechanism):
+    """Return the lowest natural frequency at rest, without and with the loads."""
+    bent = deflection(still(mechanism), [SLENDER] * len(mechanism.beams))
+    return [each[0] for each in BucklingModes(bent).frequencies(np.zeros(1, int))]
 
 
 def factor(mechanism, joints=None):
@@ -153,6 +188,44 @@ class TestRigidLinks:
         arm = Link("arm", {"O": 0.0, "A": 1.0}, (Beam("O", "A", 1.0),))
         mechanism = Mechanism((Link("ground", {"O": 0.0}), arm), (PinDrive("arm", "O"),), {"O": 0.0, "A": 1.0})
         assert buckling_factor(deflection(still(mechanism), [Section()]))[0] == math.inf
+
+
+class TestNaturalFrequencies:
+    """Forces change natural frequencies, by the same stiffness that vanishes at the critical load."""
+
+    @pytest.mark.parametrize("share", [-2.0, 0.5, 0.9])
+    def test_a_pinned_column(self, share):
+        """omega = pi^2 sqrt((1 - P/Pe) EI / (m l^4)), also under tension."""
+        press = PointLoad("beam", "P2", -share * math.pi**2 * EI / 1.5**2)
+        free, loaded = frequencies(supported(divided(2), 0.2, loads=(press,)))
+        omega = (math.pi / 1.5) ** 2 * math.sqrt(EI / 0.2)
+        assert free == pytest.approx(omega, rel=1e-5)
+        assert loaded == pytest.approx(omega * math.sqrt(1 - share), rel=1e-4)
+
+    def test_beyond_the_critical_load(self):
+        press = PointLoad("beam", "P1", -1.01 * math.pi**2 * EI / 1.5**2)
+        assert frequencies(supported(divided(1), 0.2, loads=(press,)))[1] == 0.0
+
+    def test_a_rigid_bar_on_a_soft_drive_beside_a_spring(self):
+        """omega^2 = k / (m l^2), and (k + s l^2 - m g l) / (m l^2) with the spring and the weight."""
+        spring = Spring("bar", "A", anchor="S", stiffness=30.0, length=5.0)
+        bent = deflection(still(bar_on_spring((spring,))), [], {"O": JointCompliance(rotation=1 / 40.0)})
+        found = [each[0] for each in BucklingModes(bent).frequencies(np.zeros(1, int))]
+        stiffness = 40.0, 40.0 + 30 * 0.64 - 2 * 9.81 * 0.8
+        assert found == pytest.approx([math.sqrt(each / (2 * 0.64)) for each in stiffness], rel=1e-9)
+
+    def test_the_error_of_a_frequency_includes_the_load(self):
+        """The crank is in line with the strut, so the strut is a pinned column under 0.85 times its critical load."""
+        scene = scene_from_text(STRUT)
+        results = computed(scene, Request())
+        assert results.frequencies.lowest == pytest.approx(239.2, rel=1e-3)
+        lowest = summary(results)["vibration"]["natural"][0]["lowest"]
+        critical = math.pi**2 * 210e9 * math.pi * 0.012**4 / 64 / 0.8**2
+        expected = lowest["value"] * (1 - math.sqrt(1 - 2800 / critical))
+        assert lowest["error"] == pytest.approx(expected, rel=0.02)
+        verdict = acceptance(results)
+        assert verdict.verdict == "too close to decide"
+        assert "forces and springs change natural frequencies by −61 %" in verdict.problem
 
 
 def test_every_position_of_a_mechanism():
