@@ -1,5 +1,6 @@
 """Sensitivities, tolerances and optima of scenes agree with closed forms and an independent method in 50 digits."""
 
+import math
 from itertools import pairwise
 
 import mpmath
@@ -60,6 +61,44 @@ def tip_deflection(depth):
     """Return the tip deflection of `ARM` at its peak acceleration, by cantilever formulas."""
     line = DENSITY * WIDTH * depth
     return PEAK_ACCELERATION * (TIP * L**4 / 3 + 11 * line * L**5 / 120) / (E * WIDTH * depth**3 / 12)
+
+
+STRUT = """
+[materials.steel]
+E = "210 GPa"
+density = 7850
+[sections.rod]
+shape = "circle"
+diameter = "12 mm"
+[points]
+O = [0.0, 0.0]
+A = [0.02, 0.0]
+B = [0.82, 0.0]
+[links]
+ground.points = ["O"]
+crank = {points = ["O", "A"], rigid = true, mass = "1 kg", center = "O"}
+strut = {points = ["A", "B"], section = "rod", material = "steel"}
+ram = {points = ["B"], mass = "2 kg"}
+[sliders]
+guide = {link = "ram", through = "B", direction = "0 deg"}
+[[drives]]
+link = "crank"
+speed = "10 rpm"
+[[loads]]
+link = "ram"
+point = "B"
+force = ["-2 kN", 0.0]
+[run]
+positions = 24
+gravity = [0.0, -9.81]
+[limits]
+buckling = 0.9
+deflection = "2 mm"
+[optimize]
+minimize = "mass"
+[optimize.variables]
+"sections.rod.diameter" = ["8 mm", "20 mm"]
+"""
 
 
 class TestSensitivities:
@@ -241,6 +280,31 @@ minimize = "mass"
         assert solved.optimum.certificate.multiplier == pytest.approx([price], rel=1e-4)
         assert solved.optimum.certificate.residual < 1e-6
         assert words(solved)[0].endswith("kg; acceptable")
+
+    @pytest.mark.slow
+    def test_the_thinnest_strut_near_its_critical_load(self, monkeypatch):
+        """Weight q and force P: w = q EI/P^2 (1/cos(l/2 sqrt(P/EI)) - 1) - q l^2/(8 P), which grows without bound."""
+        monkeypatch.setattr("kinelast.designs.optimum.NEIGHBOURS_PER_RADIUS", 4)  # they take half of the time
+        solved = optimum_study(parse_toml(STRUT))
+
+        def deflection(diameter, length=0.8):
+            rigidity, press = 210e9 * math.pi * diameter**4 / 64, 2000 / math.cos(math.asin(0.02 / length))
+            weight = 7850 * math.pi * diameter**2 / 4 * 9.81
+            turns = math.cos(math.sqrt(press / rigidity) * length / 2)
+            return weight * rigidity / press**2 * (1 / turns - 1) - weight * length**2 / (8 * press)
+
+        diameter = brentq(lambda diameter: deflection(diameter) - 2e-3, 10.7e-3, 13e-3)
+        assert solved.optimum.values == pytest.approx([diameter], rel=1e-3)
+        assert all(each.outcome == "kept" for each in solved.judgements)
+        assert "unused" not in " ".join(words(solved))
+
+    @pytest.mark.slow
+    def test_a_search_that_ends_early_says_what_is_unused_and_keeps_the_best_design(self, monkeypatch):
+        monkeypatch.setattr("kinelast.designs.optimum_study.MAX_ROUNDS", 3)
+        monkeypatch.setattr("kinelast.designs.optimum.NEIGHBOURS_PER_RADIUS", 4)
+        solved = optimum_study(parse_toml(STRUT))
+        assert 11e-3 < solved.optimum.values[0] < 11.2e-3
+        assert "with its error, the figure leaves 27 % of the limit unused; a better design may exist" in " ".join(words(solved))
 
     def test_no_link_of_an_optimum_yields(self):
         """At the root, stress is 6 M / (b h^2) plus the pull of inertia, N / (b h)."""

@@ -31,7 +31,9 @@ from kinelast.values.figure import Figure
 from kinelast.values.numbers import with_limit
 
 MAX_ROUNDS = 6  # maximum number of rounds of an optimization; each round computes a full answer and adjusts the bounds
-GROWTH = 16.0  # from the fourth round on, each round multiplies `SPARE`, the extra margin to the limits, by this factor
+# From the fourth round on, each round multiplies `SPARE`, the extra margin to the limits, by this factor, if no design
+# has met all limits.
+GROWTH = 16.0
 # A further round follows if the full answer keeps a relative margin above MAX_SPARE to an active limit.
 MAX_SPARE = 0.01
 SCREENED_DESIGNS = 16  # number of sampled designs, computed to find limited figures that do not depend on the variables
@@ -162,7 +164,7 @@ def _with_reserve(document: Document, task: OptimizationTask, first: _FullyJudge
     """Search for the best design that meets all limits with its full answer and errors.
 
     The quasi-static search leaves no reserve for vibration and errors. Therefore, each round computes the full answer
-    of the best design, adjusts the bounds on quasi-static figures, and continues the search. The result is the last
+    of the best design, adjusts the bounds on quasi-static figures, and continues the search. The result is the best
     design with a full answer that meets all limits. If there is no such design, the result is the design of the last
     round.
 
@@ -171,8 +173,9 @@ def _with_reserve(document: Document, task: OptimizationTask, first: _FullyJudge
     """
     goal = design_measures(document.scene, output_of(document.scene)).get(task.figure)
     worth = bool(task.limits) or (goal is not None and not goal.figure.rigid)
-    kept, now = None, first
-    before: list[tuple[float, float]] | None = None
+    kept: _FullyJudged | None = None
+    now, least = first, np.inf
+    known: list[list[tuple[float, float]]] = [[] for _ in task.limits]
     for left in reversed(range(MAX_ROUNDS)):
         if not now.best.feasible or not worth:
             break
@@ -180,20 +183,18 @@ def _with_reserve(document: Document, task: OptimizationTask, first: _FullyJudge
         chosen = zip((number.path for number in task.variables), now.best.values.tolist(), strict=True)
         scene = document.with_values(dict(chosen)).scene
         now = replace(now, answer=full_answer(scene, task.limits, [task.figure]))
-        if all(each.outcome == KEPT for each in now.judgements):
-            kept = now
+        columns = now.problem.figures_of(now.best.values[None]).columns
+        cost = (-1.0 if task.largest else 1.0) * float(columns[task.figure][0])
+        if all(each.outcome == KEPT for each in now.judgements) and not cost >= least:
+            kept, least = now, cost
         if now.settled or not left:
             break
-        columns = now.problem.figures_of(now.best.values[None]).columns
-        known = [(float(columns[each.limit.figure][0]), each.worst) for each in now.judgements]
-        each_before = before or (None,) * len(known)
-        rows = zip(now.judgements, known, each_before, strict=True)
+        for so_far, each in zip(known, now.judgements, strict=True):
+            so_far.append((float(columns[each.limit.figure][0]), each.worst))
         # Keep an extra margin, because the error in the next design differs from the error in this design.
-        spare = SPARE * GROWTH ** max(0, MAX_ROUNDS - 3 - left)
-        problem = now.problem.held_to(
-            [adjusted_bound(judged, value, other, spare) for judged, (value, _), other in rows]
-        )
-        before = known
+        spare = SPARE * (1.0 if kept else GROWTH ** max(0, MAX_ROUNDS - 3 - left))
+        bounds = [adjusted_bound(each, so_far, spare) for each, so_far in zip(now.judgements, known, strict=True)]
+        problem = now.problem.held_to(bounds)
         now = _FullyJudged(problem, optimum_from(problem, now.best.shares, task.seed, progress))
     return kept or now
 

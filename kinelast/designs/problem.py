@@ -324,30 +324,32 @@ def violation(cost: np.ndarray, margin: np.ndarray) -> np.ndarray:
     return np.where(np.isfinite(margin).all(axis=0) & np.isfinite(cost), whole, np.inf)
 
 
-def adjusted_bound(
-    judged: Judgement, value: float, before: tuple[float, float] | None = None, spare: float = SPARE
-) -> float:
+def adjusted_bound(judged: Judgement, known: Sequence[tuple[float, float]], spare: float = SPARE) -> float:
     """Return a bound on the quasi-static figure that replaces the limit on the figure by the chosen theory.
 
     If the quasi-static figure of a design equals this bound, the figure by the chosen theory, with its error, should
-    just meet the limit.
-
-    The figure by the chosen theory, with its error, is assumed to be proportional to the quasi-static figure, with the
-    ratio found for the judged design. If `before` is given, a linear relation through both designs is assumed instead.
+    just meet the limit. Near the critical load, for example, it grows much faster than the quasi-static figure.
+    Therefore, it is assumed to be a power of the quasi-static figure, through the judged design and the last earlier
+    design on the other side of the limit. Without such a design, the power is through the last two designs. If the
+    figure by the chosen theory did not grow with the quasi-static figure, both are assumed to be proportional.
 
     Parameters
     ----------
-    value
-        Quasi-static figure of the judged design.
-    before
-        Quasi-static figure and `Judgement.worst` of another, earlier design.
+    known
+        Quasi-static figure and `Judgement.worst` of the designs so far. The last one is the judged design.
     spare
-        Margin that is added to the error, relative to the limit.
+        Extra margin to the limit, relative to the limit.
     """
-    bound, worst = float(judged.limit.bound), judged.worst
+    bound = float(judged.limit.bound)
+    target = bound + (1 if judged.limit.least else -1) * spare * abs(bound)
+    (value, worst), *earlier = reversed(known)
     if not math.isfinite(worst) or not math.isfinite(value):
         return bound
-    moved = bound * value / worst if value * worst > 0.0 else bound + value - worst
-    if before and (worst - before[1]) * (value - before[0]) > 0.0:
-        moved = value + (bound - worst) * (value - before[0]) / (worst - before[1])
-    return moved + (1 if judged.limit.least else -1) * spare * abs(bound)
+    if not value * worst > 0.0 or not worst * target > 0.0:
+        return value + target - worst
+    rising = [one for one in earlier if (worst - one[1]) * (value - one[0]) > 0.0 and one[0] * value > 0.0]
+    across = [one for one in rising if (worst - target) * (one[1] - target) < 0.0 and one[1] * worst > 0.0]
+    power = 1.0
+    for other_value, other_worst in (across or [one for one in rising if one[1] * worst > 0.0])[:1]:
+        power = math.log(value / other_value) / math.log(worst / other_worst)
+    return float(value * (target / worst) ** power)

@@ -12,7 +12,7 @@ import numpy as np
 from msgspec import UnsetType
 
 from kinelast.designs.optimum import ACTIVE, RADII, OptimumResult
-from kinelast.designs.optimum_study import optimum_study
+from kinelast.designs.optimum_study import MAX_SPARE, optimum_study
 from kinelast.designs.problem import steps_of
 from kinelast.designs.studies import sensitivity_study, tolerance_study
 from kinelast.designs.tolerances import DESIGNS
@@ -155,14 +155,18 @@ def words(solved: OptimumResult, shown_in: DisplayUnits = SI) -> list[str]:
     before, after = (quantity(each[task.figure], unit, shown_in=shown_in) for each in (solved.before, solved.after))
     said = [f"{task.figure}: {before} -> {after}{_goal_words(solved, shown_in)}{kept}"]
     less = "more" if task.largest else "less"
-    rows = zip(task.limits, solved.held_to, held.margin, held.multiplier, strict=True)
-    for limit, held_to, margin, multiplier in rows:
+    judgements = solved.judgements or (None,) * len(task.limits)
+    rows = zip(task.limits, solved.held_to, held.margin, held.multiplier, judgements, strict=True)
+    for limit, held_to, margin, multiplier, judged in rows:
         if abs(margin) < ACTIVE:
             bound, moved = (
                 quantity(each, solved.units[limit.figure], shown_in=shown_in) for each in (limit.bound, held_to)
             )
             room = f" ({moved} for the quasi-static figure)" if moved != bound else ""
             gain = f"relaxing it by 1 % gives {number(multiplier, 3)} % {less}"
+            unused = float(limit.margin(judged.worst)) if judged else 0.0
+            if unused > MAX_SPARE:
+                gain = f"with its error, the figure leaves {percent(unused)} of the limit unused; a better design may exist"
             said.append(f"active limit {limit.figure}, {bound}{room}: {gain}")
     for row in _variables(solved):
         if row.at_bound:
