@@ -16,7 +16,7 @@ from tiers import in_tiers
 import kinelast.scene
 from kinelast.answers.refusals import yield_words
 from kinelast.cli.command import main
-from kinelast.figures.figure_error import LARGE, FigureError
+from kinelast.figures.figure_error import BEAM_THEORY, FREQUENCIES, LARGE, TIME, FigureError
 from kinelast.figures.main_figures import MainFigure
 from kinelast.outputs.assumptions import assumptions
 from kinelast.outputs.print_page import MARGIN, Paragraph
@@ -161,21 +161,27 @@ def test_a_press_is_judged_by_the_peak_of_its_ringing(tmp_path, capsys):
 
 
 @pytest.mark.parametrize(
-    ("off", "aim", "advice"),
+    ("parts", "aim", "advice"),
     [
-        (0.04, 0.01, 'accuracy = "0.5 %" would suffice'),
-        (0.04, 0.9, "finer computation cannot"),
-        (2.0, 0.01, "finer computation cannot"),
+        ({LARGE: 0.04}, 0.01, 'accuracy = "0.5 %" would suffice'),
+        ({LARGE: 0.04}, 0.9, "finer computation cannot"),
+        ({LARGE: 2.0}, 0.01, "finer computation cannot"),
+        ({LARGE: 0.04, BEAM_THEORY: 0.02}, 0.01, "finer computation cannot"),
+        ({LARGE: 0.04, TIME: 0.25}, 0.01, 'accuracy = "0.1 %" would suffice'),
+        ({FREQUENCIES: 0.04, LARGE: 0.02}, 0.01, "which no option reduces"),
     ],
 )
-def test_an_accuracy_is_advised_only_if_it_is_finer_and_can_be_reached(off, aim, advice):
-    """Asked for 5 %: 45 % is coarser, and 0.5 % is no help where not even 5 % were reached."""
-    error = FigureError({LARGE: off})
-    main_figures = [MainFigure("deflection", 0, 1.0, 1.0, error)]
+def test_an_accuracy_is_advised_only_if_it_is_finer_and_can_be_reached(parts, aim, advice):
+    """Asked for 5 %: 45 % is coarser, and 0.5 % is no help where not even 5 % were reached.
+
+    It is no help for the errors of beam theory either. Errors of time elements are proportional to the accuracy.
+    """
+    error = FigureError(parts)
+    main_figures = [MainFigure("deflection", 0, 1.0, 1.0, error.without([TIME]))]
     answer = SimpleNamespace(theory=GEOMETRICALLY_EXACT, accuracy=None, wanted=0.05, finer=False)
-    scene = SimpleNamespace(theory=SimpleNamespace(plain=False), course=None)
+    scene = SimpleNamespace(theory=SimpleNamespace(plain=False, name=None), course=None)
     results = SimpleNamespace(answer=answer, main_figures=main_figures, scene=scene, nonlinear=None)
-    assert advice in nearer(results, error, aim)
+    assert advice in nearer(results, error, 1.0, aim)
 
 
 def test_buckling_links_have_only_figures_of_the_rigid_motion(out, shown):

@@ -614,7 +614,7 @@ class TestFurtherChecks:
         assert main([str(tmp_path / "bars.toml"), "-o", str(tmp_path), "--check", "nonlinear"]) == 1
         assert 'nonlinear check CANNOT BE MADE: Coulomb friction at "A"' in capsys.readouterr().out
         by_vibration = FigureError({VIBRATION: 1.0})
-        advice = [nearer(computed(scene_from_text(text), Request(positions=12)), by_vibration, 3.0)
+        advice = [nearer(computed(scene_from_text(text), Request(positions=12)), by_vibration, 1.0, 3.0)
                   for text in (rubbing, FOUR_BAR)]  # fmt: skip
         assert ["--check nonlinear" in each for each in advice] == [False, True]
         reported = json.loads((tmp_path / "bars" / "summary.json").read_text())["nonlinear_check"]
@@ -635,7 +635,7 @@ class TestFurtherChecks:
         )
         by_beams = FigureError({BEAM_THEORY: 1.0})
         hollow, full = (computed(scene_from_text(text), Request(positions=12)) for text in (tubes, FOUR_BAR))
-        assert (nearer(hollow, by_beams, 0.1), nearer(full, by_beams, 0.1)) == (
+        assert (nearer(hollow, by_beams, 1.0, 0.1), nearer(full, by_beams, 1.0, 0.1)) == (
             "",
             "mostly beam theory: --check solid would measure it",
         )

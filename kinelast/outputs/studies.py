@@ -166,7 +166,7 @@ def words(solved: OptimumResult, shown_in: DisplayUnits = SI) -> list[str]:
             gain = f"relaxing it by 1 % gives {number(multiplier, 3)} % {less}"
             unused = float(limit.margin(judged.worst)) if judged else 0.0
             if unused > MAX_SPARE:
-                gain = f"with its error, the figure leaves {percent(unused)} of the limit unused; a better design may exist"
+                gain = f"with its error, the figure leaves {percent(unused)} unused; a better design may exist"
             said.append(f"active limit {limit.figure}, {bound}{room}: {gain}")
     for row in _variables(solved):
         if row.at_bound:

@@ -85,7 +85,7 @@ def _error_words(results: Results, answer: Answer, worst: MainFigure) -> tuple[s
         text += "" if requested else " The aim does not include curves, but a requested accuracy does."
         brief = f"curves of {curve} ± {percent(of_curve)}" if requested else ""
     if worst.share > wanted:
-        advice = nearer(results, worst.error, wanted)
+        advice = nearer(results, worst.error, worst.base, wanted)
         text += f" The {'requested accuracy' if requested else 'aim'} is {percent(wanted)}"
         text += f": {advice}." if advice else "."
         remedy = advice.partition(": ")[2]

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from kinelast.answers.checks import POSITIONS, nonlinear_refusal
+from kinelast.answers.theory_settings import THEORY
 from kinelast.figures import figure_error
 from kinelast.figures.figure_error import FigureError
 from kinelast.scene.data import GEOMETRICALLY_EXACT
@@ -20,13 +21,14 @@ if TYPE_CHECKING:
     from kinelast.answers.results import Results
 
 MIN_ACCURACY = 1e-4  # smallest `accuracy` that a message suggests
+PRESSED = 0.2  # above this ratio of load to critical load, axial forces are named beside vibration
 MEASURE = "Run with --check solid to measure the error of beam theory"
 EXCEEDANCES = {"buckling": "Make it thicker or shorter", "yield": "Make it thicker, or of a stronger material"}
 """Advice by kind of exceeded limit of the theory."""
 
 
-def nearer(results: Results, error: FigureError, share: float) -> str:
-    """Return advice on how to reduce the relative error in a figure to `share`, or an empty string.
+def nearer(results: Results, error: FigureError, value: float, share: float) -> str:
+    """Return advice on how to reduce the error in a figure to the fraction `share` of `value`, or an empty string.
 
     The advice names the largest part of the error, and an option that reduces this part and works for the scene.
     """
@@ -40,9 +42,25 @@ def nearer(results: Results, error: FigureError, share: float) -> str:
     if largest == figure_error.BETWEEN:
         more = max(POSITIONS, 4 * len(results.motion.time))
         return f"mostly {largest}: --positions {more} would reduce it"
+    if largest == figure_error.FREQUENCIES:
+        return f"mostly {largest}, which no option reduces"
     if results.scene.theory.plain:
-        return f'mostly {largest}: without theory = "quasi-static" the error would be small'
-    return f"mostly {largest}{_by_a_finer_theory(results, answer, max(share / 2, MIN_ACCURACY))}"
+        return f"mostly {_neglected(results, largest)}: without the quasi-static theory the error would be small"
+    theory, parts = results.scene.theory, {cause: abs(part / (value or 1.0)) for cause, part in error.parts.items()}
+    aim = (share - sum(parts.get(cause, 0.0) for cause in figure_error.NOT_OF_MOTION)) / 2
+    if parts.get(figure_error.TIME):  # this part is proportional to the tolerance of the solver, and so to the accuracy
+        now = THEORY.max_named_tolerance / THEORY.tolerance_ratio if theory.name else answer.wanted
+        aim = min(aim, now * aim / parts[figure_error.TIME])
+    return f"mostly {largest}{_by_a_finer_theory(results, answer, aim)}"
+
+
+def _neglected(results: Results, largest: str) -> str:
+    """Return the name of the largest effect that quasi-statics neglects.
+
+    Near the critical load, axial forces increase deflections even without vibration.
+    """
+    pressed = float(np.nan_to_num(results.cycle.buckling_ratio.value).max(initial=0.0)) > PRESSED
+    return f"{largest} and axial forces" if pressed and largest == figure_error.VIBRATION else largest
 
 
 def _by_a_finer_theory(results: Results, answer: Answer, aim: float) -> str:
@@ -51,7 +69,8 @@ def _by_a_finer_theory(results: Results, answer: Answer, aim: float) -> str:
     The advice suggests a smaller value of the option `accuracy` only if the main figures reach the present value.
     """
     reached = max((each.share_by_motion for each in results.main_figures), default=0.0)
-    if (answer.theory == GEOMETRICALLY_EXACT or answer.finer) and max(aim, reached) <= answer.wanted:
+    if (answer.theory == GEOMETRICALLY_EXACT or answer.finer) and aim > 0.0 and max(aim, reached) <= answer.wanted:
+        aim = max(aim, MIN_ACCURACY)
         return f': accuracy = "{percent(aim)}" would suffice'
     if not results.nonlinear and not nonlinear_refusal(results) and not _too_long(results):
         return ": --check nonlinear would measure it"

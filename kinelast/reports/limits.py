@@ -185,7 +185,7 @@ def judgement(results: Results, limit: Limit, key: str, items: Sequence[int] | N
     elif outcome == TOO_NEAR:
         parts = peaks[item].error
         assert parts is not None
-        problem = nearer(results, parts, min(UNRELIABLE, abs(value - float(limit.bound)) / (abs(value) or 1.0)))
+        problem = nearer(results, parts, value, min(UNRELIABLE, abs(value - float(limit.bound)) / (abs(value) or 1.0)))
     if results.one_position and outcome != BROKEN and not exact:
         outcome, problem = UNKNOWN, ONE_POSITION
     judged = Judgement(limit, outcome, item, value, error, problem)

@@ -199,6 +199,9 @@ def computed(scene: Scene, request: Request, progress: Progress = SILENT) -> Res
 def by_theory(plain: Results, request: Request, progress: Progress) -> Results:
     """Convert quasi-static results to results by the requested theory, see `kinelast.answers.results.answered`."""
     scene, theory = plain.scene, request.theory_of(plain.scene)
+    if theory is not scene.theory:
+        scene = replace(scene, theory=theory)
+        plain = replace(plain, scene=scene)
     judged = bool(limits_of(scene))
     if scene.labels and not (theory.plain and not judged):
         progress(f"{scene.name}: solving vibration", 0, 1)

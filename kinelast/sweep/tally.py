@@ -291,7 +291,8 @@ class FullAnswers:
             self.expected = np.ones(len(self.designs), bool)
             for judged in answer.judgements:
                 figures = self.known[judged.limit.figure]
-                self.expected &= replace(judged.limit, bound=adjusted_bound(judged, float(figures[at]))).kept(figures)
+                bound = adjusted_bound(judged, [(float(figures[at]), judged.worst)])
+                self.expected &= replace(judged.limit, bound=bound).kept(figures)
 
 
 def answers_as_data(tally: Tally, units: Mapping[str, str]) -> dict[int, dict[str, Any]]:
