@@ -11,6 +11,7 @@ from tiers import in_tiers
 
 from elastic.assessment import rest_from, settling_time
 from kinelast.cli.command import main
+from kinelast.reports.summary import summary
 from kinelast.runs import computed
 from kinelast.scene.document import scene_from_text
 from kinelast.tasks.request import Request
@@ -36,19 +37,19 @@ theory = "elastodynamic"
 """
 
 
-def one_mode():
+def one_mode(duration=DURATION):
     """Integrate q'' + 2 D w q' + w^2 q = -l theta'' of the tip; return times after the stop and the deflection."""
     EI = 210e9 * 0.001 * 0.01**3 / 12
     kGA = 10 * (1 + 0.3) / (12 + 11 * 0.3) * 210e9 / 2.6 * 0.01 * 0.001
     omega = math.sqrt(1 / ((LENGTH**3 / (3 * EI) + LENGTH / kGA) * MASS))
 
     def rates(t, q):
-        turning = ANGLE * 2 * math.pi / DURATION**2 * math.sin(2 * math.pi * t / DURATION) if t < DURATION else 0.0
+        turning = ANGLE * 2 * math.pi / duration**2 * math.sin(2 * math.pi * t / duration) if t < duration else 0.0
         return q[1], -2 * RATIO * omega * q[1] - omega**2 * q[0] - LENGTH * turning
 
-    start = solve_ivp(rates, (0, DURATION), [0.0, 0.0], rtol=1e-10, atol=1e-14).y[:, -1]
-    after = np.linspace(DURATION, 3.0, 80001)
-    return after - DURATION, solve_ivp(rates, (DURATION, 3.0), start, t_eval=after, rtol=1e-10, atol=1e-14).y[0]
+    start = solve_ivp(rates, (0, duration), [0.0, 0.0], rtol=1e-10, atol=1e-14).y[:, -1]
+    after = np.linspace(duration, 3.0, 80001)
+    return after - duration, solve_ivp(rates, (duration, 3.0), start, t_eval=after, rtol=1e-10, atol=1e-14).y[0]
 
 
 @pytest.mark.parametrize("settled", in_tiers([None, 2e-4], 1, 1))
@@ -65,6 +66,22 @@ def test_an_arm_of_one_mode(settled):
 def test_quasi_static_links_rest_with_the_drive():
     peaks = computed(scene_from_text(ARM), Request(theory="quasi-static")).figures.peaks
     assert (peaks["residual"][0].value, peaks["settling"][0].value) == (pytest.approx(0.0, abs=1e-15), 0.0)
+
+
+def test_a_limited_settling_time_is_computed_with_vibration():
+    """The weight bends the arm much more than its slow motion. So quasi-statics is enough without a limit, and the
+    settling time is unknown.
+    """
+    text = edited(ARM, (f"duration = {DURATION}", "duration = 0.3"), ('theory = "elastodynamic"\n', "gravity = [0, -9.81]\n"))
+    plain = computed(scene_from_text(text), Request())
+    assert plain.answer.theory == "quasi-static"
+    reported = summary(plain)["figures"]["settling"]
+    assert (reported["value"], reported["error_unknown"]) == (None, "its error has no bound")
+    limited = computed(scene_from_text(text + '[limits]\nsettling = "0.2 s"\n'), Request())
+    assert limited.answer.theory != "quasi-static"
+    since, way = one_mode(0.3)
+    within = since[np.flatnonzero(np.abs(way) > 0.02 * np.abs(way).max())[-1]]
+    assert limited.figures.peaks["settling"][0].value == pytest.approx(within, rel=5e-3)
 
 
 def test_a_drive_that_never_stops_has_no_settling_time():

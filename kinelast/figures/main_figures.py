@@ -23,7 +23,7 @@ from kinelast.figures.figure_error import NOT_OF_MOTION, FigureError
 from kinelast.figures.measures import bounded_items, magnitudes
 from kinelast.figures.registry import NAMES, limits_of
 from kinelast.scene.data import Scene
-from kinelast.values.figure import LEAST, OUTPUT_ERROR, Figure, Limit, items_of
+from kinelast.values.figure import LEAST, OUTPUT_ERROR, STOPPING, Figure, Limit, items_of
 
 RIGID_HEADLINE = "drive_effort", "joint_force"  # main figures of a scene in which all links are rigid
 BENDING = "chord"
@@ -86,12 +86,15 @@ def main_figures_of(scene: Scene, answer: Cycle, figures: Sequence[Figure], off:
     scales = scales_of(scene, by_key, values)
     chosen = dict.fromkeys(_extreme_items(scene, by_key, values))
     errors = figure_errors(answer, figures, off, {key for key, _ in chosen})
+    bounds: dict[str, list[float]] = {}
+    for limit in limits_of(scene):
+        bounds.setdefault(limit.figure, []).append(abs(float(limit.bound)))
     main_figures = []
     for key, item in chosen:
         value, scale = float(values[key][item]), scales.get(by_key[key].units(scene)[item], 0.0)
         if key == BENDING and value < MIN_BENDING * scale and by_key[key] not in limited:
             continue
-        base = max(value, MIN_SHARE_OF_UNIT * scale)
+        base = max(value, MIN_SHARE_OF_UNIT * scale) or max(bounds.get(key, [0.0])) or 1.0
         main_figures.append(MainFigure(key, item, value, base, errors[key][item]))
     return main_figures
 
@@ -110,7 +113,8 @@ def _extreme_items(scene: Scene, figures: Mapping[str, Figure], values: Mapping[
     for key, items in (*((key, None) for key in headline), *limited):
         sizes = values.get(key, np.zeros(0))
         known = range(len(sizes)) if items is None or not len(sizes) else items
-        rows = [item for item in known if 0.0 < sizes[item] < math.inf]
+        zero = figures[key].of == STOPPING  # without vibration, nothing moves after a stop
+        rows = [item for item in known if 0.0 < sizes[item] < math.inf or (zero and sizes[item] == 0.0)]
         if rows:
             pick = min if figures[key].over == LEAST else max
             yield key, pick(rows, key=lambda item: sizes[item])

@@ -46,11 +46,11 @@ def nearer(results: Results, error: FigureError, value: float, share: float) -> 
         return f"mostly {largest}, which no option reduces"
     if results.scene.theory.plain:
         return f"mostly {_neglected(results, largest)}: without the quasi-static theory the error would be small"
-    theory, parts = results.scene.theory, {cause: abs(part / (value or 1.0)) for cause, part in error.parts.items()}
-    aim = (share - sum(parts.get(cause, 0.0) for cause in figure_error.NOT_OF_MOTION)) / 2
-    if parts.get(figure_error.TIME):  # this part is proportional to the tolerance of the solver, and so to the accuracy
+    theory, shares = results.scene.theory, {cause: abs(part / (value or 1.0)) for cause, part in error.parts.items()}
+    aim = (share - sum(shares.get(cause, 0.0) for cause in figure_error.NOT_OF_MOTION)) / 2
+    if shares.get(figure_error.TIME):  # this part is proportional to the tolerance of the solver, and so to the accuracy
         now = THEORY.max_named_tolerance / THEORY.tolerance_ratio if theory.name else answer.wanted
-        aim = min(aim, now * aim / parts[figure_error.TIME])
+        aim = min(aim, now * aim / shares[figure_error.TIME])
     return f"mostly {largest}{_by_a_finer_theory(results, answer, aim)}"
 
 

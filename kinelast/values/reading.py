@@ -160,6 +160,8 @@ class Reader(Struct, frozen=True):
         """Return a reading of a peak value, with its error, time and drive coordinates."""
         if math.isnan(peak.value):
             return reading(math.nan, unit, **more)
+        if peak.error and math.isfinite(peak.value) and math.isinf(peak.error_size):
+            return reading(math.nan, unit, error_unknown="its error has no bound", **more)
         value = self.results.figures.rounded(peak.value, unit)
         return reading(value, unit, **self.error_of(peak, unit), **more, **self.at_peak(peak))
 
