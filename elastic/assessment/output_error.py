@@ -1,5 +1,7 @@
 """Error of the output of a machine due to elastic links, and settling time of the output after a stop."""
 
+from typing import Any
+
 import numpy as np
 from msgspec import Struct
 
@@ -7,9 +9,12 @@ from elastic.derived import coefficients
 from elastic.sampling import displacement_of
 from elastic.solution import Deflection
 from rigid import Reals, velocity_of
-from rigid.arrays import Complexes, Flags
+from rigid.arrays import Complex, Complexes, Flags, Numbers
 
 REST_SPEED = 1e-12  # a point counts as at rest up to this speed, relative to its largest speed
+MIN_PERIODS = 3  # of an oscillation whose mean is computed
+MIN_POSITIONS_PER_PERIOD = 8
+MAX_DRIFT = 0.1  # a displacement that changes by less, relative to its mean, is nearly constant
 REST_RATE = 1e-9  # a drive counts as at rest up to this rate, relative to its largest rate
 
 
@@ -74,6 +79,37 @@ def rest_from(rates: Reals) -> Flags:
     moving = (np.abs(rates) > REST_RATE * greatest).any(axis=0)
     later = np.logical_or.accumulate(moving[..., ::-1], axis=-1)[..., ::-1]
     return np.logical_not(later)
+
+
+def offset_at_rest(time: Reals, apart: Numbers, rests: Flags) -> Complex:
+    """Return the mean of a displacement from a static position that it oscillates about at the end of the rest.
+
+    The mean differs from 0 if axial forces or large displacement change the static position. Hann's window over the
+    last half of the rest suppresses the oscillation. The result is 0 if it has fewer than `MIN_PERIODS` periods there,
+    unless the displacement is nearly constant.
+
+    Parameters
+    ----------
+    time
+        Times [s], shape (positions,).
+    apart
+        Displacement from the static position, real or complex, shape (positions,).
+    rests
+        Result of `rest_from`, shape (positions,).
+    """
+    if not rests.any():
+        return 0.0
+    begin = (time[rests][0] + time[-1]) / 2.0
+    late = rests & (time >= begin) & np.isfinite(apart)
+    if late.sum() < MIN_PERIODS * MIN_POSITIONS_PER_PERIOD:
+        return 0.0
+    times, values = time[late], apart[late]
+    weights = np.sin(np.pi * (times - begin) / (time[-1] - begin)) ** 2 * np.gradient(times)
+    mean: Any = np.average(values, weights=weights)
+    swing = values - mean
+    largest = swing[np.abs(swing).argmax()]
+    oscillates = np.count_nonzero(np.diff(np.real(swing * np.conj(largest)) > 0.0)) >= 2 * MIN_PERIODS
+    return mean if oscillates or abs(largest) < MAX_DRIFT * abs(mean) else 0.0
 
 
 def settling_time(time: Reals, apart: Reals, rests: Flags, tolerance: Reals | float) -> Reals:

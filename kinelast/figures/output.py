@@ -7,7 +7,7 @@ import numpy as np
 from msgspec.structs import replace
 
 from elastic import Deflection, Largest, cycle_maxima, displacement_of, largest
-from elastic.assessment import angle_error, rest_from, settling_time
+from elastic.assessment import angle_error, offset_at_rest, rest_from, settling_time
 from kinelast.figures.cycle import Cycle
 from kinelast.scene.data import Scene, require_tables, scene_deflection
 from kinelast.scene.limits import Output
@@ -206,7 +206,8 @@ SETTLED = 0.02  # default settling tolerance, relative to the greatest distance 
 def ringing_of(cycle: Cycle, output: Output) -> tuple[Reals, Flags]:
     """Return the distance of an output from its static position, and whether the drives rest, shape (..., positions).
 
-    The static position has the same drive coordinates, but all drive speeds are zero.
+    The static position has the same drive coordinates, but all drive speeds are zero. While the drives rest, it
+    includes the mean displacement about which the output oscillates at the end (see `offset_at_rest`).
     """
     still, bent = scene_deflection(cycle.scene, with_rates(cycle.motion, 0.0)), cycle.deflection
     if output.point:
@@ -215,9 +216,11 @@ def ringing_of(cycle: Cycle, output: Output) -> tuple[Reals, Flags]:
         mechanism = cycle.scene.mechanism
         points = mechanism.links[mechanism.index[output.link]].points
         places = [tuple(angle_error(each, output.link, point) for point in points) for each in (bent, still)]
-    rates = np.array([np.broadcast_to(rate, cycle.columns) for rate in cycle.motion.drive_rate])
-    apart = np.max([np.broadcast_to(np.abs(one - other), cycle.columns) for one, other in zip(*places, strict=True)], 0)
-    return np.nan_to_num(apart), rest_from(rates)
+    rests = rest_from(np.array([np.broadcast_to(rate, cycle.columns) for rate in cycle.motion.drive_rate]))
+    apart = [np.broadcast_to(one - other, cycle.columns) for one, other in zip(*places, strict=True)]
+    if len(cycle.columns) == 1:
+        apart = [each - rests * offset_at_rest(cycle.motion.time, each, rests) for each in apart]
+    return np.nan_to_num(np.max(np.abs(apart), axis=0)), rests
 
 
 def residual_of(cycle: Cycle, output: Output) -> Largest:
