@@ -113,7 +113,7 @@ def _extreme_items(scene: Scene, figures: Mapping[str, Figure], values: Mapping[
     for key, items in (*((key, None) for key in headline), *limited):
         sizes = values.get(key, np.zeros(0))
         known = range(len(sizes)) if items is None or not len(sizes) else items
-        zero = figures[key].of == STOPPING  # without vibration, nothing moves after a stop
+        zero = key in figures and figures[key].of == STOPPING  # without vibration, nothing moves after a stop
         rows = [item for item in known if 0.0 < sizes[item] < math.inf or (zero and sizes[item] == 0.0)]
         if rows:
             pick = min if figures[key].over == LEAST else max

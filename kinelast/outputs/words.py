@@ -43,6 +43,7 @@ from kinelast.values.reading import CAUTION, GOOD, OPEN, POOR, Reading
 from rigid import counted
 
 DEGREES = 180 / math.pi, "deg"
+NEAR_ZERO = 100.0  # relative error above which a curve is called near zero
 # the sentence on reliability names at most this number of limits and values; further ones are only counted
 MAX_DOUBTED = 2
 # for each unreliable value, the sentence on reliability names at most this number of items (such as links)
@@ -250,7 +251,8 @@ def _doubted(report: Report) -> list[str]:
         for why, limits in unjudged_limits(report.acceptance.limits or (), lambda label: member(report, label)).items():
             names += [f"{each} ({UNKNOWN})" if why in verdict else f"{each} ({UNKNOWN}: {why})" for each in limits]
     courses = {name: error for name, error in report.theory.courses.items() if error and error > UNRELIABLE}
-    curves = [f"curve of {_field_name(name)} (± {percent(error)})" for name, error in courses.items()]
+    sizes = {name: f"± {percent(error)}" if error < NEAR_ZERO else "near zero" for name, error in courses.items()}
+    curves = [f"curve of {_field_name(name)} ({size})" for name, size in sizes.items()]
     return few([*names, *large_errors(report.reliability.unreliable, MAX_ITEMS), *curves], MAX_DOUBTED)
 
 

@@ -19,6 +19,7 @@ from kinelast.reports.advice import exceedance_advice
 from kinelast.reports.inputs import cycle_findings, input_findings
 from kinelast.reports.jumps import jump_findings
 from kinelast.reports.sections import friction_of
+from kinelast.reports.sideways import sideways_findings
 from kinelast.scene.data import GEOMETRICALLY_EXACT
 from kinelast.scene.parts import PARTS
 from kinelast.values.figure import NOISE
@@ -74,6 +75,7 @@ def _findings(results: Results) -> list[Finding]:
         *_friction(results),
         *jump_findings(results),
         *_exceedances(results),
+        *sideways_findings(results),
     ]
     if not results.buckles:
         unsorted += [*_formulas(results), *_check(results), *_within(results)]
