@@ -36,6 +36,7 @@ def input_findings(results: Results) -> Iterator[Finding]:
     """Yield findings on the numbers and materials of a scene."""
     yield from _numbers(results)
     yield from _poisson(results)
+    yield from _idle_loads(results)
 
 
 def _numbers(results: Results) -> Iterator[Finding]:
@@ -99,6 +100,22 @@ def _poisson(results: Results) -> Iterator[Finding]:
     if assumed:
         text = f"Poisson's ratio of {' and '.join(assumed)} is not given: {POISSON}, as for metals, is used for shear."
         yield Finding(GOOD, "Shear", text)
+
+
+def _idle_loads(results: Results) -> Iterator[Finding]:
+    """Yield a finding on each load that is zero at all positions, although its given force or moment is not."""
+    for load in results.mechanism.loads:
+        if not isinstance(load, PointLoad | Resistance):
+            continue
+        given = load.load if isinstance(load, Resistance) else load
+        if not (np.any(given.force) or np.any(given.moment)):
+            continue
+        acts = any(np.any(force) or np.any(moment) for _, _, force, moment in load.forces(results.motion))
+        if not acts:
+            law = given.law is not None and not np.any(given.law(results.motion))
+            why = "its table gives 0 there" if law else "its point never moves against or along its force"
+            text = f'The load on "{given.link}" at "{given.point}" is zero at all positions, because {why}.'
+            yield Finding(CAUTION, "Load", text, f"the load on {given.link} never acts")
 
 
 def cycle_findings(results: Results) -> Iterator[Finding]:

@@ -280,6 +280,9 @@ def judged_measure(results: Results, limit: Limit, measure: Measure | None) -> J
     value, error = value_and_error(results, measure) if measure else (math.nan, math.nan)
     outcome = BROKEN if results.buckles and math.isnan(value) else SEVERITY[int(outcome_index(limit, value, error))]
     problem = results.buckles or f"the error of {limit.figure} is unknown" if outcome == UNKNOWN else ""
+    if math.isinf(value):
+        why = ", because no drive rotates" if limit.figure == "frequency_ratio" else ""
+        value, outcome, problem = math.nan, UNKNOWN, f"{limit.figure} is infinite{why}"
     if outcome == TOO_NEAR and measure and not (measure.figure.of_motion(results.scene) or measure.figure.here):
         change = frequency_change(results.cycle)
         if abs(change) > results.figures.frequency_error:
