@@ -16,7 +16,8 @@ SHOE = edited(
     ("[[drives]]", '[sliders.shoe]\nlink = "arm"\nthrough = "O"\ndirection = "0 deg"\n[[drives]]'),
     ('link = "arm"\nspeed = 50.0', 'slider = "shoe"\nspeed = 0.1'),
     ("[run]", '[run]\nduration = "0.1 s"'),
-    ('[links.ground]\npoints = ["O"]', '[links.ground]\npoints = ["A"]'),
+    ('[links.ground]\npoints = ["O"]', '[links.ground]\npoints = ["R"]'),
+    ("A = [0.2, 0]", "A = [0.2, 0]\nR = [0.5, 0]"),
 )
 
 

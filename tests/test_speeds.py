@@ -254,10 +254,11 @@ def test_errors_of_speeds_in_words():
         return sentence
 
     assert reported(0.01, 0.06, 0.24, 0.2) == (
-        "3 of 4 speeds, from 110 rad/s on, have errors beyond 5 %, up to 24 % at 120 rad/s: mostly large displacement"
+        "3 of 4 speeds, from 110 rad/s on, have errors beyond 5 %, up to 24 % at 120 rad/s "
+        "(a report at this speed names the cause)"
     )
     assert reported(0.01, 0.06, 2.4, 0.7) == (
-        "3 of 4 speeds, from 110 rad/s on, have errors beyond 5 % by large displacement, 2 of them unreliable: "
+        "3 of 4 speeds, from 110 rad/s on, have errors beyond 5 %, 2 of them unreliable: "
         "damping decides at resonance, for example at 121 rad/s, where 5th harmonic meets the 1st mode (mostly crank)"
     )
     assert reported(0.01, 0.06, 0.2, 0.7).endswith("1 of them unreliable, for example 130 rad/s")

@@ -107,6 +107,11 @@ def _fastest(cycle: Cycle) -> Reals:
     return np.max([np.nanmax(rate, axis=-1, keepdims=True) for rate in rates], axis=0) if rates else np.zeros(1)
 
 
+def _over_speed(cycle: Cycle) -> Reals:
+    with np.errstate(divide="ignore"):
+        return np.asarray(cycle.lowest_frequency / _fastest(cycle))
+
+
 def _resonance(cycle: Cycle) -> Reals:
     lowest, fastest = cycle.lowest_frequency, _fastest(cycle)
     return np.asarray(np.min([abs(1 - number * fastest / lowest) for number in range(1, HARMONICS + 1)], axis=0))
@@ -174,7 +179,7 @@ OF_THE_MACHINE: tuple[Figure, ...] = (
     Figure("frequency", "lowest natural frequency", "rad/s", SCENE,
            lambda cycle: sole(cycle.least(cycle.lowest_frequency)), LEAST, asked=True),
     Figure("frequency_ratio", "lowest natural frequency over the speed of the fastest drive", "1", SCENE,
-           lambda cycle: sole(cycle.least(cycle.lowest_frequency / _fastest(cycle))), LEAST, asked=True),
+           lambda cycle: sole(cycle.least(_over_speed(cycle))), LEAST, asked=True),
     Figure("resonance_distance", "distance of the lowest natural frequency from harmonics of the drive", "1", SCENE,
            lambda cycle: sole(cycle.least(_resonance(cycle))), LEAST, asked=True),
 )  # fmt: skip

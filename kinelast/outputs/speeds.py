@@ -348,9 +348,9 @@ def _error_words(result: Speeds, scene: Scene, printed: Callable[[Any], str]) ->
     words = f"{len(missed)} of {len(result.speed)} speeds, from {first} on, have errors beyond {percent(wanted)}"
     near = min(result.peaks, key=lambda peak: abs(peak.speed - result.speed[worst]), default=None)
     if not unreliable.any():
-        yield f"{words}, up to {percent(result.error[worst])} at {at}: mostly large displacement"
+        yield f"{words}, up to {percent(result.error[worst])} at {at} (a report at this speed names the cause)"
         return
-    words += f" by large displacement, {unreliable.sum()} of them unreliable"
+    words += f", {unreliable.sum()} of them unreliable"
     if near is None or near.resonance is None or abs(near.speed / result.speed[worst] - 1.0) > MAX_DISTANCE:
         yield f"{words}, for example {at}"
     else:

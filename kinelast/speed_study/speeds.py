@@ -160,8 +160,8 @@ def speeds(scene: Scene, asked: tuple[float, float, int], progress: Progress = S
     answered = [0, asked[2]]
 
     def answering(done: int, of: int) -> None:
-        answered[:] = done, of
-        progress(f"{scene.name}: speeds", done, of)
+        answered[:] = max(answered[0], done), of  # speeds are solved again for their errors; the bar never goes back
+        progress(f"{scene.name}: speeds", *answered)
 
     def moved(times: Reals) -> Motion:
         progress(f"{scene.name}: solving speeds ({len(times):,} points)", *answered)
