@@ -3,6 +3,7 @@
 import importlib
 import math
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -38,6 +39,7 @@ from kinelast.figures.figure_error import (
 from kinelast.figures.main_figures import MainFigure, worst_of
 from kinelast.figures.measured import Measured, with_bodies
 from kinelast.figures.measures import magnitudes
+from kinelast.figures.peaks import error_of_extreme
 from kinelast.figures.registry import figures_of
 from kinelast.reports.advice import nearer
 from kinelast.runs.__init__ import computed
@@ -45,6 +47,7 @@ from kinelast.scene.data import ELASTODYNAMIC, GEOMETRICALLY_EXACT, QUASI_STATIC
 from kinelast.scene.document import read_scene
 from kinelast.scene.text import file_text
 from kinelast.tasks.request import Request
+from kinelast.values.figure import LARGEST, LEAST
 
 ARM = """
 [sections.bar]
@@ -357,3 +360,16 @@ def test_a_safety_factor_has_the_relative_error_of_the_stress_of_links_of_differ
     relative = dict(zip((figure.key for figure in figures), np.split(wide / here, 2), strict=True))
     np.testing.assert_allclose(relative["stress"], [1.0, 4.0, 2.0])
     np.testing.assert_allclose(relative["safety"], [1.0, 4.0, 2.0])
+
+
+@pytest.mark.parametrize(
+    ("over", "values", "best", "expected"),
+    [
+        (LARGEST, [(3.0, 0.1), (-2.9, 0.5), (1.0, 1.0)], 0, 0.4),
+        (LARGEST, [(3.0, 0.1), (-2.9, 0.1), (1.0, math.nan)], 0, 0.1),
+        (LEAST, [(3.0, 0.1), (3.1, 0.6), (9.0, 1.0)], 0, 0.5),
+    ],
+)
+def test_the_error_of_a_largest_value_covers_items_that_may_be_larger(over, values, best, expected):
+    peaks = [SimpleNamespace(value=value, error_size=error) for value, error in values]
+    assert error_of_extreme(peaks, best, over) == pytest.approx(expected)

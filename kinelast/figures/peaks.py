@@ -301,3 +301,15 @@ def greatest(peaks: Sequence[Peak], over: str = LARGEST) -> int | None:
     if over == LEAST:
         return min(known, key=lambda number: peaks[number].value) if peaks and len(known) == len(peaks) else None
     return max(known, key=lambda number: abs(peaks[number].value), default=None)
+
+
+def error_of_extreme(peaks: Sequence[Peak], best: int, over: str = LARGEST) -> float:
+    """Return the error of the extreme value of all items, which is that of the item `best` (see `greatest`).
+
+    It is larger than the error of this item if another item may have a more extreme value within its own error.
+    """
+    error, value = peaks[best].error_size, peaks[best].value
+    known = [peak for peak in peaks if math.isfinite(peak.error_size)]
+    if over == LEAST:
+        return max([error, *(value - peak.value + peak.error_size for peak in known)])
+    return max([error, *(abs(peak.value) - abs(value) + peak.error_size for peak in known)])

@@ -17,7 +17,7 @@ from kinelast.answers.checks import check_passed
 from kinelast.answers.results import Results
 from kinelast.figures.cycle import EXTREME_FIELDS
 from kinelast.figures.output import slid, turns_of
-from kinelast.figures.peaks import Peak, greatest
+from kinelast.figures.peaks import Peak, error_of_extreme, greatest
 from kinelast.figures.registry import output_figures
 from kinelast.reports import report
 from kinelast.reports.accuracy import small_figures, worst_figure
@@ -163,10 +163,11 @@ def registered_figures(reader: Reader) -> dict[str, Reading]:
         alike = [range(len(names))] if len(set(units)) == 1 else [[item] for item in range(len(names))]
         for items in alike:
             best = greatest([peaks[item] for item in items], figure.over)
-            item = items[0 if best is None else best]
+            item, among = items[0 if best is None else best], [peaks[item] for item in items]
+            least = 0.0 if best is None else error_of_extreme(among, best, figure.over)
             key = figure.key if len(items) == len(names) else f"{figure.key}.{names[item]}"
-            on = {"on": names[item]} if names[item] else {}
-            by_key[key] = reader.largest(peaks[item], units[item], name=figure.name, **on)
+            on: dict[str, Any] = {"on": names[item]} if names[item] else {}
+            by_key[key] = reader.largest(peaks[item], units[item], least, name=figure.name, **on)
     return by_key
 
 
@@ -258,7 +259,7 @@ def _greatest(reader: Reader, field: str) -> report.BeamReading | None:
     length = results.deflection.length[beam].item()
     along = (float(run.start[at]) / abs(float(run.width[at])) + (-1 if run.turned[at] else 1) * peaks[beam].xi) * length
     return report.BeamReading(
-        **reader.on_beam(field, peaks[beam], beam, label=reader.scene.labels[beam]),
+        **reader.on_beam(field, peaks[beam], beam, error_of_extreme(peaks, beam), label=reader.scene.labels[beam]),
         member=reader.scene.member_names[beam],
         along_member=reading(along, "m"),
     )
@@ -280,7 +281,7 @@ def angle_figures(reader: Reader) -> dict[str, Reading]:
     return {link.name: reader.largest(peak, "rad", **_point(reader, link.name, peak)) for link, peak in pairs}
 
 
-def _point(reader: Reader, link: str, peak: Peak) -> dict[str, str]:
+def _point(reader: Reader, link: str, peak: Peak) -> dict[str, Any]:
     """Return the point of a link at which an angle error occurs, if known."""
     mechanism = reader.results.mechanism
     return {} if math.isnan(peak.value) else {"point": [*mechanism.links[mechanism.index[link]].points][peak.row]}
@@ -316,7 +317,7 @@ def output_reading(reader: Reader) -> report.OutputReading | None:
     peak = reader.results.figures.peaks[OUTPUT_ERROR][0]
     slides = output.guessed and output.point in slid(reader.scene)
     kind = ("slide" if slides else "point") if output.point else "angle"
-    place = {} if output.point else _point(reader, output.link, peak)
+    place: dict[str, Any] = {} if output.point else _point(reader, output.link, peak)
     error = reader.largest(peak, output.unit, name=output.point or output.link, **place)
     return report.OutputReading(
         **structs.asdict(error),

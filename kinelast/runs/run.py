@@ -24,13 +24,14 @@ from kinelast.outputs.words import headline, questions
 from kinelast.reports.report import OptimumReport, Origin, Report, data_of, report_from
 from kinelast.runs import SHOWN, computed, is_long
 from kinelast.scene.course import OnStep
-from kinelast.scene.data import Scene
+from kinelast.scene.data import ACCURACY, QUASI_STATIC, Scene
 from kinelast.scene.document import Document, document_from_bytes
 from kinelast.scene.text import file_bytes
 from kinelast.tasks.progress import SILENT, Progress, lasting, stops_kept
 from kinelast.tasks.request import Request, RequestError
 from kinelast.tasks.task import BUG, CHECK_FAILED, DONE, FINE, MESSAGE, SKIPPED, Outcome, Task, guarded, missing_package
 from kinelast.values.error import plain
+from kinelast.values.numbers import percent
 from kinelast.values.quantities import Speed
 
 STUDIES = "balance", "speeds", "sensitivities", "tolerances"  # studies with separate sections in the report
@@ -265,6 +266,10 @@ def _outcome(task: Task, report: Report, sealed: Mapping[str, Any], earlier: Ite
     if older := sorted({*earlier} - kept):
         line += f"; of an earlier run, moved to {EARLIER}/: {plain(', '.join(older[:3]), MESSAGE)}"
     words = [each for study in STUDIES for each in report.more.get(study, {}).get("words", ())]
+    neglected = report.theory.without_vibration or 0.0
+    if report.more.get("sensitivities") and report.theory.name != QUASI_STATIC and neglected > ACCURACY:
+        change = f"change results by up to {percent(neglected)}"
+        words.append(f"sensitivities are quasi-static: they neglect vibration and large displacement, which {change}")
     for each in (*words, *(report.optimum.words if report.optimum else ())):
         line += f"\n{task.name}: {each}"
     failed = report.more["failed"]

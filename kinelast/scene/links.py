@@ -264,6 +264,8 @@ def _moving_body(
     else:
         advice = "an elastic link has the mass of its section: remove mass, center and inertia. Add mass at its points"
         advice += " under [masses], or as a rigid link that is welded to it by [welds.POINT]"
+        if table.section is None and not table.beams:
+            advice = "a link with a mass and without a section is rigid: add rigid = true"
         require_absent(where, table, ("mass", "center", "inertia"), advice)
     pieces, sections = _beams(scene, name, points)
     numbers = tuple(range(len(pieces)))

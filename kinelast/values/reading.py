@@ -143,27 +143,30 @@ class Reader(Struct, frozen=True):
         some = at if len(at) <= MAX_MARKS else at[np.linspace(0, len(at) - 1, MAX_MARKS).astype(int)]
         return [self.at_position(int(position)) for position in some]
 
-    def error_of(self, peak: Peak, unit: str) -> dict[str, Any]:
-        """Return the error of a peak value in `unit`, or the reason why it is unknown, as entries of a reading."""
+    def error_of(self, peak: Peak, unit: str, least: float = 0.0) -> dict[str, Any]:
+        """Return the error of a peak value in `unit`, or the reason why it is unknown, as entries of a reading.
+
+        `least` is the smallest possible error.
+        """
         if peak.error is None or math.isnan(peak.value):
             return {"error": None}
         if peak.error.unknown:
             return {"error": None, "error_unknown": peak.error.unknown}
-        size, figures = peak.error.size, self.results.figures
+        size, figures = max(peak.error.size, least), self.results.figures
         value = figures.rounded(peak.value, unit)
         if not value:
             size = figures.rounded(size, unit)
         marks = {"error_measured": peak.error.measured, "unreliable": figures.unreliable(value, size, unit)}
         return {"error": known(size), **{name: True for name, holds in marks.items() if holds}}
 
-    def largest(self, peak: Peak, unit: str, **more: Any) -> Reading:
+    def largest(self, peak: Peak, unit: str, least_error: float = 0.0, **more: Any) -> Reading:
         """Return a reading of a peak value, with its error, time and drive coordinates."""
         if math.isnan(peak.value):
             return reading(math.nan, unit, **more)
         if peak.error and math.isfinite(peak.value) and math.isinf(peak.error_size):
             return reading(math.nan, unit, error_unknown="its error has no bound", **more)
         value = self.results.figures.rounded(peak.value, unit)
-        return reading(value, unit, **self.error_of(peak, unit), **more, **self.at_peak(peak))
+        return reading(value, unit, **self.error_of(peak, unit, least_error), **more, **self.at_peak(peak))
 
     def of_item(self, key: str, name: str) -> Reading | None:
         """Return the reading of the figure (result) `key` for an item, or None if the figure has no such item."""
@@ -179,13 +182,13 @@ class Reader(Struct, frozen=True):
         found = {key: self.of_item(key, name) for key in keys}
         return {key: each for key, each in found.items() if each is not None}
 
-    def on_beam(self, field: str, peak: Peak, beam: int, **more: Any) -> dict[str, Any]:
+    def on_beam(self, field: str, peak: Peak, beam: int, least_error: float = 0.0, **more: Any) -> dict[str, Any]:
         """Return the peak of a field, such as the stress, with its location on a beam, as entries of a reading."""
         unit, length = FIELDS[field].unit, self.results.deflection.length[beam].item()
         return {
             "value": known(self.results.figures.rounded(peak.value, unit)),
             "unit": unit,
-            **self.error_of(peak, unit),
+            **self.error_of(peak, unit, least_error),
             "along": reading(peak.xi * length, "m"),
             "xi": known(peak.xi),
             "time": reading(peak.time, "s"),
