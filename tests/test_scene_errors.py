@@ -263,6 +263,7 @@ MISTAKES = [
     ("slot of no link", QUICK_RETURN, [SLOT, ('on = "rocker"', 'on = "roker"')], "slots.slot", "on", 'did you mean "rocker"'),
     ("slot of no point", QUICK_RETURN, [SLOT, ('point = "A"', 'point = "B"')], "slots.slot", "point", '"crank" has no point "B"'),
     ("slot in itself", QUICK_RETURN, [SLOT, ('on = "rocker"', 'on = "crank"')], "slots.slot", "on", "cannot slide on itself"),
+    ("slot beside a pin", QUICK_RETURN, [SLOT, ('points = ["C", "D"]', 'points = ["C", "A", "D"]')], "slots.slot", "point", 'a pin joins both links there: remove it from the points of "rocker"'),
     ("slot as a slider", QUICK_RETURN, [add('[slots.slot]\npoint = "A"\nlink = "crank"\non = "rocker"\ndirection = [0, 1]')], "slots.slot", "", "a slider has this name"),
     ("limit of a figure", FOUR_BAR, [("[links.crank]", '[limits]\nstress = "9 MPa"\n[links.crank]')], "limits", "stress", r"^there is no such key; a limit of any other figure belongs under .limits.figures."),
     ("friction", FOUR_BAR, [("[links.crank]", "[links.crank]\nfriction = 0.1")], "links.crank", "friction", "^there is no such key; it belongs under .joints.NAME."),
@@ -313,6 +314,7 @@ MISTAKES = [
     ("shear of rigidities", FOUR_BAR, [('"rectangle"\ndepth = "6 mm"\nwidth = "10 mm"', '"rigidities"\nEA = 1e4\nEI = 1e2\nmass_per_length = 1'),
      ('material = "steel"', ""), ("[run]", '[run]\nbeams = "timoshenko"')], "sections.bar", "kGA", "timoshenko"),
     ("warm without expansion", FOUR_BAR, [(CRANK, CRANK + 'temperature = "9 K"\n')], "materials.steel", "expansion", "temperature of a beam"),
+    ("mass without a section", FOUR_BAR, [('section = "bar"\nmaterial = "steel"', 'mass = 1')], "links.crank", "mass", "a link with a mass and without a section is rigid: add rigid = true"),
     ("warm rigid link", FOUR_BAR, [(CRANK, CRANK + 'rigid = true\ntemperature = "9 K"\n')], "links.crank", "temperature", "only elastic links"),
     ("strain beyond linear theory", FOUR_BAR, [(CRANK, CRANK + "strain = 0.2\n")], "links.crank", "strain", "<= 0.1"),
     # Drives in other ways.

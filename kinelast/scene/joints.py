@@ -50,6 +50,9 @@ def _slider(name: str, table: SliderTable | SlotTable, links: Mapping[str, Link]
         raise fault(where, "on", f'the link "{table.link}" cannot slide on itself')
     link, owner = links[table.link], links[table.on]
     known_point(where, key, point, link.points, table.link)
+    if point in owner.points:
+        pinned = f'the point "{point}" is also a point of "{owner.name}", so that a pin joins both links there'
+        raise fault(where, key, f'{pinned}: remove it from the points of "{owner.name}"')
     if point not in places:
         raise fault(where, key, f'the point "{point}" has no coordinates under [points]{likely(point, places)}')
     axes = drawn_direction(owner, places)
