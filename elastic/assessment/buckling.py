@@ -215,11 +215,11 @@ class BucklingModes:
         mass: Reals = (np.conj(at_masses).swapaxes(-1, -2) @ at_masses).real
         own = geometric.stiffness(moved, moved)
         stiffness: Reals = np.eye(len(mass[0])) + (own + own.swapaxes(-1, -2)) / 2.0
-        values, modes = np.linalg.eigh(stiffness)
-        scaled = modes / np.sqrt(np.maximum(values, ROUND_OFF))[:, None]
-        per_load: Reals = scaled.swapaxes(-1, -2) @ mass @ scaled
-        free, loaded = (1.0 / np.sqrt(np.linalg.eigvalsh(each)[:, -1]) for each in (mass, per_load))
-        return free, np.where(values[:, 0] > ROUND_OFF, loaded, 0.0)
+        free: Reals = 1.0 / np.sqrt(np.linalg.eigvalsh(mass)[:, -1])
+        loaded, stable = np.zeros_like(free), np.linalg.eigvalsh(stiffness)[:, 0] > ROUND_OFF
+        back = np.linalg.inv(np.linalg.cholesky(stiffness[stable]))
+        loaded[stable] = 1.0 / np.sqrt(np.linalg.eigvalsh(back @ mass[stable] @ back.swapaxes(-1, -2))[:, -1])
+        return free, loaded
 
     def _moved(self, some: Integers) -> Displacements:
         """Return the displacements per unit of each shape in `basis` at given positions."""

@@ -48,9 +48,8 @@ def nearer(results: Results, error: FigureError, value: float, share: float) -> 
         return f"mostly {_neglected(results, largest)}: without the quasi-static theory the error would be small"
     theory, shares = results.scene.theory, {cause: abs(part / (value or 1.0)) for cause, part in error.parts.items()}
     aim = (share - sum(shares.get(cause, 0.0) for cause in figure_error.NOT_OF_MOTION)) / 2
-    if shares.get(
-        figure_error.TIME
-    ):  # this part is proportional to the tolerance of the solver, and so to the accuracy
+    if shares.get(figure_error.TIME):
+        # this part is proportional to the tolerance of the solver, and so to the accuracy
         now = THEORY.max_named_tolerance / THEORY.tolerance_ratio if theory.name else answer.wanted
         aim = min(aim, now * aim / shares[figure_error.TIME])
     return f"mostly {largest}{_by_a_finer_theory(results, answer, aim)}"
