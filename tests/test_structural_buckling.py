@@ -223,6 +223,7 @@ class TestNaturalFrequencies:
         critical = math.pi**2 * 210e9 * math.pi * 0.012**4 / 64 / 0.8**2
         expected = lowest["value"] * (1 - math.sqrt(1 - 2800 / critical))
         assert lowest["error"] == pytest.approx(expected, rel=0.02)
+        assert lowest["unreliable"]
         verdict = acceptance(results)
         assert verdict.verdict == "too close to decide"
         assert "forces and springs change natural frequencies by −61 %" in verdict.problem

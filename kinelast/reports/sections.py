@@ -20,6 +20,7 @@ from kinelast.scene.data import Scene
 from kinelast.scene.drives import DriveEffort
 from kinelast.scene.parts import PARTS
 from kinelast.values.figure import DRIVE, items_of
+from kinelast.values.numbers import has_large_error
 from kinelast.values.reading import Reader, Reading, known, reading
 from machine.cams import CamPush
 from rigid import ConstantSpeed, LineLoad, Link, Lump, PointLoad, Resistance, TorsionSpring, law_peaks
@@ -164,7 +165,8 @@ def vibration_of(reader: Reader) -> dict[str, Any] | None:
     if frequencies is None:
         return None
     speed, lowest = _steady_speed(results), frequencies.lowest
-    error = {"error": known(frequency_error(results) * lowest)}
+    size = frequency_error(results) * lowest
+    error = {"error": known(size), **({"unreliable": True} if has_large_error(lowest, size) else {})}
     return {
         "positions": len(frequencies.position),
         "natural": [
