@@ -7,8 +7,9 @@ from msgspec import Struct
 
 from rigid.arrays import Integers, Numbers, Reals
 
-# two positions that are closer in time than this are the two sides of a jump; relative to the duration of the run
-JUMP_WIDTH = 1e-8
+# two positions that are closer in time than this are the two sides of a jump, relative to the duration of the run; the
+# sides of the breaks of a scene are at distances of 1e-8 from the break
+JUMP_WIDTH = 4e-8
 
 
 class Largest(Struct, frozen=True, eq=False):

@@ -35,7 +35,10 @@ def test_a_load_that_never_acts_is_named(load, why):
     assert finding.text == f'The load on "arm" at "A" is zero at all positions, because {why}.'
 
 
-@pytest.mark.parametrize("load", ["", LOAD, LOAD.replace("1 N", "0 N")])
+PULSE = LOAD + "table = [[0.0, 0], [0.0201, 0], [0.0201, 1], [0.0203, 1], [0.0203, 0], [0.2, 0]]\n"
+
+
+@pytest.mark.parametrize("load", ["", LOAD, LOAD.replace("1 N", "0 N"), PULSE])
 def test_a_load_that_acts_or_is_zero_is_not_named(load):
     results = computed(scene_from_text(ARM + load), Request())
     assert not [each for each in findings(results) if each.heading == "Load"]

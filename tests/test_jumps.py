@@ -10,6 +10,7 @@ from tiers import in_tiers
 import kinelast
 from elastic import displacement_of
 from kinelast.reports.jumps import HEADING
+from kinelast.reports.limits import acceptance
 from kinelast.reports.trust import findings
 from kinelast.runs import computed
 from kinelast.scene.data import scene_deflection
@@ -188,3 +189,31 @@ def test_an_arm_starts_with_the_acceleration_under_its_resistance(resists):
     wanted = (2.0 - resistance) / (mass * length**2 / 3)
     assert motion.angular_velocity[1, 0] == 0.0
     assert motion.angular_acceleration[1] == pytest.approx(np.full(motion.columns, wanted), rel=1e-3)
+
+
+LIFT = """
+points = {P = [0, 0], G = [1, 0]}
+links.ground.points = ["G"]
+links.cart = {points = ["P"], mass = 20}
+sliders.x = {link = "cart", through = "P", direction = [0, 1]}
+[[drives]]
+slider = "x"
+repeat = true
+law = [{curve = "trapezoidal-velocity", duration = 0.3, by = 0.3}, {curve = "dwell", duration = 0.2},
+       {curve = "cycloidal", duration = 0.4, by = -0.3}, {curve = "dwell", duration = 0.1}]
+[run]
+positions = 720
+gravity = [0, -9.81]
+[limits.figures]
+drive_effort = 500
+"""
+
+
+@pytest.mark.parametrize("positions", [720, 1001])
+def test_a_largest_force_beside_a_jump_is_exact(positions):
+    """m (g + a) with a = 0.3 m / (0.1 s * 0.2 s) until 0.1 s; no parabola spans a jump."""
+    results = computed(scene_from_text(LIFT.replace("720", str(positions))), Request())
+    (effort,) = results.figures.peaks["drive_effort"]
+    assert effort.value == pytest.approx(20 * (9.81 + 15), rel=1e-12)
+    assert effort.error.size < 1e-4 * effort.value
+    assert acceptance(results).verdict == "acceptable"

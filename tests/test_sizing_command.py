@@ -114,7 +114,7 @@ def test_all_studies_of_a_scene(scene, tmp_path, capsys):
     deflections = [row for row in best["limits"] if row["figure"].startswith("deflection")]
     same, row = (max(deflections, key=lambda row: row["in_full"] + with_error * row["error"]) for with_error in (0, 1))
     assert abs(figure["value"]) == pytest.approx(same["in_full"], rel=1e-9)
-    assert figure["error"] == pytest.approx(same["error"], rel=1e-6)
+    assert figure["error"] == pytest.approx(row["in_full"] + row["error"] - same["in_full"], rel=1e-6)
     # with few positions the error jumps between designs
     assert 0.75e-3 < row["in_full"] + row["error"] <= 1e-3, "no more room than it takes"
     assert row["held_to"] < row["bound"]
@@ -422,7 +422,7 @@ def test_the_page_shows_all_three_studies(scene, tmp_path, driver):
     assert not page.logs()
     shown = {name: page.run(f"return document.getElementById('{name}').innerText")
              for name in ("sensitivities", "tolerances", "optimum")}  # fmt: skip
-    assert "1 % more drives.crank.speed\n+15.3 µm (2 %)" in shown["sensitivities"]
+    assert "1 % more drives.crank.speed\n+15.28 µm (2 %)" in shown["sensitivities"]
     assert "64 designs with sections.bar.depth ± 50 µm, links.crank.length ± 100 µm (normal)" in shown["tolerances"]
     assert "geometric_error" in shown["tolerances"]
     assert "active limit deflection" in shown["optimum"]

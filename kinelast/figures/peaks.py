@@ -236,7 +236,8 @@ def joined(first: RunFigures | None, second: RunFigures) -> RunFigures:
     for figure in second.figures:
         pairs = zip(first.peaks[figure.key], second.peaks[figure.key], strict=True)
         both = first.well == second.well or figure.everywhere
-        peaks[figure.key] = [_more_extreme(before, after, figure.over) if both else before if first.well else after
+        over = FIXED if figure.whole else figure.over  # a part says nothing about a figure of the whole run
+        peaks[figure.key] = [_more_extreme(before, after, over) if both else before if first.well else after
                              for before, after in pairs]  # fmt: skip
     counted = [part for part in (first, second) if part.well == (first.well or second.well)]
     return RunFigures(

@@ -237,7 +237,7 @@ def _motion_figures(output: Output) -> tuple[Figure, ...]:
                _stopping(lambda cycle: sole(residual_of(cycle, output))), limit="residual",
                remains_of=DISPLACEMENT if output.point else ANGLE_ERROR),
         Figure("settling", "settling time of the output after the stop", "s", STOPPING,
-               _stopping(fixed(lambda cycle: settling_of(cycle, output))), limit="settling"),
+               _stopping(fixed(lambda cycle: settling_of(cycle, output))), limit="settling", whole=True),
     )  # fmt: skip
 
 

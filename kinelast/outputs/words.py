@@ -293,7 +293,7 @@ def _limit_words(row: JudgedLimit, report: Report) -> str:
     value, allowed = with_limit(math.inf if figure.value is None else figure.value, bound, row.limit.unit, shown_in)
     if figure.value is None:
         lasts = (report.run.end.value or 0.0) - (report.run.start.value or 0.0)
-        value = f"not settled within the {quantity(lasts, 's')} computed" if row.kind == "settling" else "endless"
+        value = f"not settled within the run of {quantity(lasts, 's')}" if row.kind == "settling" else "endless"
     within = ", kept within twice this error" if figure.unreliable and row.outcome == KEPT else ""
     error = error_words(figure, shown_in)
     error = error.removesuffix(" (unreliable)") if within else error

@@ -104,15 +104,18 @@ def _poisson(results: Results) -> Iterator[Finding]:
 
 def _idle_loads(results: Results) -> Iterator[Finding]:
     """Yield a finding on each load that is zero at all positions, although its given force or moment is not."""
+    course, motion = results.scene.course, results.motion
+    if len(course.breaks.sides):  # a short load may act between two positions only
+        motion = course.at(course.with_breaks(motion.time))
     for load in results.mechanism.loads:
         if not isinstance(load, PointLoad | Resistance):
             continue
         given = load.load if isinstance(load, Resistance) else load
         if not (np.any(given.force) or np.any(given.moment)):
             continue
-        acts = any(np.any(force) or np.any(moment) for _, _, force, moment in load.forces(results.motion))
+        acts = any(np.any(force) or np.any(moment) for _, _, force, moment in load.forces(motion))
         if not acts:
-            law = given.law is not None and not np.any(given.law(results.motion))
+            law = given.law is not None and not np.any(given.law(motion))
             why = "its table gives 0 there" if law else "its point never moves against or along its force"
             text = f'The load on "{given.link}" at "{given.point}" is zero at all positions, because {why}.'
             yield Finding(CAUTION, "Load", text, f"the load on {given.link} never acts")

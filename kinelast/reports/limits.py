@@ -12,11 +12,13 @@ import numpy as np
 from msgspec import UNSET, Struct, structs
 from msgspec.structs import replace
 
+from elastic.assessment import rest_from
 from kinelast.answers.refusals import STRENGTH, can_yield, needed_by_limits, refusals
 from kinelast.answers.results import Results
 from kinelast.figures.cycle import Cycle
 from kinelast.figures.errors import RECIPROCAL
 from kinelast.figures.measures import Measure, bounded_items, magnitudes, measures_of
+from kinelast.figures.peaks import error_of_extreme
 from kinelast.figures.registry import ALONG_BEAMS, figures_of, limits_of
 from kinelast.reports.advice import nearer
 from kinelast.reports.frequencies import frequency_change, frequency_error
@@ -24,7 +26,7 @@ from kinelast.reports.report import JudgedLimit, Verdict
 from kinelast.reports.trust import doubts
 from kinelast.scene.data import Scene
 from kinelast.values.figure import FIXED, LARGEST, LEAST, SCENE, Figure, Limit, fixed, items_of
-from kinelast.values.numbers import UNRELIABLE, has_large_error, percent
+from kinelast.values.numbers import UNRELIABLE, has_large_error, percent, quantity
 from kinelast.values.reading import Reader, Reading, known, reading
 from rigid.arrays import Integers, Real, Reals, of_designs
 
@@ -186,10 +188,20 @@ def judgement(results: Results, limit: Limit, key: str, items: Sequence[int] | N
         parts = peaks[item].error
         assert parts is not None
         problem = nearer(results, parts, value, min(UNRELIABLE, abs(value - float(limit.bound)) / (abs(value) or 1.0)))
+    elif key == "settling" and math.isinf(value) and (lasts := _rest(results)) < float(limit.bound):
+        outcome = UNKNOWN
+        problem = f"the run ends {quantity(lasts, 's')} after the stop, give it a longer duration or dwell"
     if results.one_position and outcome != BROKEN and not exact:
         outcome, problem = UNKNOWN, ONE_POSITION
     judged = Judgement(limit, outcome, item, value, error, problem)
     return _or_refused(results, judged, key, [item for item, *_ in known])
+
+
+def _rest(results: Results) -> float:
+    """Return the time from the stop of the drives to the end of the run [s]."""
+    motion = results.motion
+    rests = rest_from(np.array([np.broadcast_to(rate, motion.columns) for rate in motion.drive_rate]))
+    return float(motion.time[-1] - motion.time[rests].min(initial=motion.time[-1]))
 
 
 def _or_refused(results: Results, judged: Judgement, key: str, items: Sequence[int]) -> Judgement:
@@ -259,8 +271,9 @@ def value_and_error(results: Results, measure: Measure) -> tuple[float, float]:
         items = [item for item in (measure.items or range(len(peaks))) if not math.isnan(sizes[item])]
         if not items:
             return math.nan, math.nan
-        item = max(items, key=lambda each: sign * sizes[each])
-        return sizes[item], 0.0 if entry.exact else peaks[item].error_size
+        best = max(range(len(items)), key=lambda each: sign * sizes[items[each]])
+        error = 0.0 if entry.exact else error_of_extreme([peaks[item] for item in items], best, entry.over)
+        return sizes[items[best]], error
     value = _value(measure, results.cycle)
     closer = results.answer.off.closer if results.answer else None
     if entry.of_motion(results.scene) or entry.here:

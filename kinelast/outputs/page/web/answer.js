@@ -85,7 +85,7 @@ const limitName = (each) => LIMIT_WORDS[each.kind] ?? each.name;
 function foundWords(each) {
   const { found } = each, key = each.figure ?? each.kind, { start, end } = summary.run;
   if (found.endless) {
-    return key === "settling" ? `not settled within the ${quantity(end.value - start.value, "s")} computed` : "endless";
+    return key === "settling" ? `not settled within the run of ${quantity(end.value - start.value, "s")}` : "endless";
   }
   const error = errorWords(found);
   return besideWords(each) + (each.outcome === "kept" ? error.replace(" (unreliable)", "") : error);
