@@ -72,17 +72,18 @@ def errors_by_more_steps(stepped: Elastodynamic, left: dict[str, float]) -> Erro
     """Measure the error after the first steps of the iteration to the exact answer by one or two more steps.
 
     The effect of all further steps is estimated as (last change)^2 / previous change. A second step is taken if this
-    effect is large compared with the first change. If the changes do not decrease, no corrected answer is returned, and
-    the errors are those in `left`.
+    effect is large compared with the first change. If the last change is not smaller than the one before, no corrected
+    answer is returned, and the errors are those in `left`.
     """
-    now, later, first = stepped, math.inf, 0.0
+    now, before, later, first = stepped, large_displacement_error(stepped), math.inf, 0.0
     for _ in range(THEORY.max_more_steps):
-        after = with_one_more_step(now)
-        before, change = (large_displacement_error(each) for each in (now, after))
-        if not change < before:
-            return {}, left
-        now, later, first = after, THEORY.forces_later * change**2 / before, first or change
+        now = with_one_more_step(now)
+        change = large_displacement_error(now)
+        later = THEORY.forces_later * change**2 / before if change < before else math.inf
+        before, first = change, first or change
         if later <= THEORY.max_later_ratio * first:
             break
+    if later == math.inf:
+        return {}, left
     shares = {name: share for name, share in left.items() if name != LARGE}
     return {LARGE: now}, {**shares, HIGHER_ORDERS: later}

@@ -209,7 +209,7 @@ class _Theories(Answers, frozen=True, eq=False, dict=True):
         shared: Vibration | None = None
         stages: dict[str, Elastodynamic] = {}
         shares = settled
-        if self._worth_measuring(linear, wanted):
+        if self._worth_measuring(linear, wanted, THEORY.negligible_bound):
             self._report(1, "error in time and coordinates")
             shared = finer_vibration(linear)
             stages, shares = {TIME: finer_solution(linear, shared, tolerance)[0]}, {}
@@ -255,7 +255,8 @@ class _Theories(Answers, frozen=True, eq=False, dict=True):
 
         `stepped` uses the discretization of the linear answer, and `finest` that of `finer`.
         """
-        measured, left = self._errors_of_exact(stepped, tolerance, wanted, finer, finest)
+        negligible = THEORY.negligible_bound_of_steps
+        measured, left = self._errors_of_exact(stepped, tolerance, wanted, finer, finest, negligible)
         if LARGE in left:
             left = {**left, LARGE: THEORY.forces_later * left[LARGE]}
             if not measured and left[LARGE] > self.accepted_bound(wanted):
@@ -312,9 +313,12 @@ class _Theories(Answers, frozen=True, eq=False, dict=True):
         bound = accepted_bound(wanted, bool(limits_of(self.scene)), share)
         return bound if self.theory.accuracy is None else min(bound, THEORY.max_requested_bound)
 
-    def _worth_measuring(self, answer: Elastodynamic, wanted: float) -> bool:
-        """Return whether the discretization error has to be measured by another discretization."""
-        accepted = max(self.accepted_bound(wanted), THEORY.negligible_bound * wanted)
+    def _worth_measuring(self, answer: Elastodynamic, wanted: float, negligible: float) -> bool:
+        """Return whether the discretization error has to be measured by another discretization.
+
+        It has not if its bound is below the accepted bound, or below `negligible`, relative to the accuracy.
+        """
+        accepted = max(self.accepted_bound(wanted), negligible * wanted)
         return worth_halving(self.scene.mechanism, answer.elements, answer.coordinates, answer.bound, accepted)
 
     def _large_displacement(
@@ -343,13 +347,14 @@ class _Theories(Answers, frozen=True, eq=False, dict=True):
         wanted: float,
         finer: Vibration | None,
         begun: Elastodynamic | None = None,
+        negligible: float = 0.0,
     ) -> tuple[dict[str, Elastodynamic], dict[str, float]]:
         """Measure the errors of an exact answer, or estimate them if the bounds on discretization errors are small.
 
         If a finer answer would take too long, or if the iteration of the exact answer did not converge, the coarser
         answer measures the errors. Without one, they are estimated.
         """
-        if exact.exact is None or not self._worth_measuring(exact, wanted):
+        if exact.exact is None or not self._worth_measuring(exact, wanted, negligible):
             return {}, estimated_errors_of_exact(exact)
         unconverged = exact.exact.worst > max(wanted, THEORY.max_unconverged)
         if unconverged or exact.elements * exact.coordinates**2 > THEORY.max_finer_work:

@@ -26,8 +26,9 @@ class TheorySettings(Struct, frozen=True):
     max_theory_bound: float = 0.05  # the same for vibration and large displacement
     limits_factor: float = 0.2  # factor on both bounds if results are compared with limits, and in speed maps
     max_requested_bound: float = 1e-4  # largest bound if the user requests an accuracy, not relative to the accuracy
-    # below this bound, the discretization error is not measured, even if `max_requested_bound` is smaller
-    negligible_bound: float = 0.02
+    # below these bounds, the discretization error is not measured, even if `max_requested_bound` is smaller
+    negligible_bound: float = 0.02  # of a linear vibration
+    negligible_bound_of_steps: float = 0.01  # after the first steps to the exact answer
     bound_over_error: float = 4.0  # ratio of the bound on the discretization error to the usual discretization error
     # [1/rad] ratios of the bounds on the effect of large displacement to the largest rotation of a section. The second
     # is that for forces, relative to the largest force in the same member.
