@@ -409,3 +409,31 @@ RISE_AND_RETURN = edited(
     ("speed = 50.0", LAW),
     ("positions = 8", "positions = 120\ndamping_ratio = 0.04"),
 )
+
+# A strut between a slow rigid crank and a ram, which a force presses.
+STRUT = """
+[materials.steel]
+E = "210 GPa"
+density = 7850
+[sections.rod]
+shape = "circle"
+diameter = "12 mm"
+[points]
+O = [0.0, 0.0]
+A = [0.02, 0.0]
+B = [0.82, 0.0]
+[links]
+ground.points = ["O"]
+crank = {points = ["O", "A"], rigid = true, mass = "1 kg", center = "O"}
+strut = {points = ["A", "B"], section = "rod", material = "steel"}
+ram = {points = ["B"], mass = "2 kg"}
+[sliders]
+guide = {link = "ram", through = "B", direction = "0 deg"}
+[[drives]]
+link = "crank"
+speed = "10 rpm"
+[[loads]]
+link = "ram"
+point = "B"
+force = ["-2 kN", 0.0]
+"""

@@ -7,6 +7,7 @@ import mpmath
 import numpy as np
 import pytest
 from exact import exact
+from scene_texts import STRUT
 from scipy.optimize import brentq
 
 from elastic import deflection, extremes
@@ -63,31 +64,7 @@ def tip_deflection(depth):
     return PEAK_ACCELERATION * (TIP * L**4 / 3 + 11 * line * L**5 / 120) / (E * WIDTH * depth**3 / 12)
 
 
-STRUT = """
-[materials.steel]
-E = "210 GPa"
-density = 7850
-[sections.rod]
-shape = "circle"
-diameter = "12 mm"
-[points]
-O = [0.0, 0.0]
-A = [0.02, 0.0]
-B = [0.82, 0.0]
-[links]
-ground.points = ["O"]
-crank = {points = ["O", "A"], rigid = true, mass = "1 kg", center = "O"}
-strut = {points = ["A", "B"], section = "rod", material = "steel"}
-ram = {points = ["B"], mass = "2 kg"}
-[sliders]
-guide = {link = "ram", through = "B", direction = "0 deg"}
-[[drives]]
-link = "crank"
-speed = "10 rpm"
-[[loads]]
-link = "ram"
-point = "B"
-force = ["-2 kN", 0.0]
+THINNEST_STRUT = f"""{STRUT}
 [run]
 positions = 24
 gravity = [0.0, -9.81]
@@ -285,7 +262,7 @@ minimize = "mass"
     def test_the_thinnest_strut_near_its_critical_load(self, monkeypatch):
         """Weight q and force P: w = q EI/P^2 (1/cos(l/2 sqrt(P/EI)) - 1) - q l^2/(8 P), which grows without bound."""
         monkeypatch.setattr("kinelast.designs.optimum.NEIGHBOURS_PER_RADIUS", 4)  # they take half of the time
-        solved = optimum_study(parse_toml(STRUT))
+        solved = optimum_study(parse_toml(THINNEST_STRUT))
 
         def deflection(diameter, length=0.8):
             rigidity, press = 210e9 * math.pi * diameter**4 / 64, 2000 / math.cos(math.asin(0.02 / length))
@@ -302,7 +279,7 @@ minimize = "mass"
     def test_a_search_that_ends_early_says_what_is_unused_and_keeps_the_best_design(self, monkeypatch):
         monkeypatch.setattr("kinelast.designs.optimum_study.MAX_ROUNDS", 3)
         monkeypatch.setattr("kinelast.designs.optimum.NEIGHBOURS_PER_RADIUS", 4)
-        solved = optimum_study(parse_toml(STRUT))
+        solved = optimum_study(parse_toml(THINNEST_STRUT))
         assert 11e-3 < solved.optimum.values[0] < 11.2e-3
         assert "with its error, the figure leaves 27 % unused; a better design may exist" in " ".join(words(solved))
 

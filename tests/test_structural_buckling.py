@@ -7,6 +7,7 @@ import pytest
 from mechanisms import cantilever, propped, steel_four_bar, still, supported
 from msgspec.structs import replace
 from nonlinear import nonlinear_equilibrium
+from scene_texts import STRUT, edited
 from scipy.optimize import brentq
 from scipy.special import ellipk
 from tiers import in_tiers
@@ -65,31 +66,7 @@ buckling = 0.6
 positions = 180
 """  # a light rod with pinned ends moves a heavy ram, and the soft crank lets it vibrate
 
-STRUT = """
-[materials.steel]
-E = "210 GPa"
-density = 7850
-[points]
-O = [0.0, 0.0]
-A = [0.02, 0.0]
-B = [0.82, 0.0]
-[links]
-ground.points = ["O"]
-crank = {points = ["O", "A"], rigid = true, mass = "1 kg", center = "O"}
-strut = {points = ["A", "B"], section = "round 12", material = "steel"}
-ram = {points = ["B"], mass = "2 kg"}
-[sliders]
-guide = {link = "ram", through = "B", direction = "0 deg"}
-[[drives]]
-link = "crank"
-speed = "10 rpm"
-[[loads]]
-link = "ram"
-point = "B"
-force = ["-2.8 kN", 0.0]
-[limits.figures]
-frequency = {least = "200 rad/s"}
-"""
+LOADED_STRUT = edited(STRUT, ("-2 kN", "-2.8 kN"))
 
 
 def divided(parts, length=1.5):
@@ -216,7 +193,7 @@ class TestNaturalFrequencies:
 
     def test_the_error_of_a_frequency_includes_the_load(self):
         """The crank is in line with the strut, so the strut is a pinned column under 0.85 times its critical load."""
-        scene = scene_from_text(STRUT)
+        scene = scene_from_text(LOADED_STRUT + '[limits.figures]\nfrequency = {least = "200 rad/s"}\n')
         results = computed(scene, Request())
         assert results.frequencies.lowest == pytest.approx(239.2, rel=1e-3)
         lowest = summary(results)["vibration"]["natural"][0]["lowest"]

@@ -223,6 +223,12 @@ def ringing_of(cycle: Cycle, output: Output) -> tuple[Reals, Flags]:
     return np.nan_to_num(np.max(np.abs(apart), axis=0)), rests
 
 
+def rest_after_stop(cycle: Cycle, output: Output) -> float:
+    """Return the time from the stop of the drives to the last position [s]; 0 if they do not rest there."""
+    time, rests = cycle.motion.time, cycle.once(ringing_of, output)[1]
+    return float(time[-1] - time[rests].min(initial=time[-1]))
+
+
 def residual_of(cycle: Cycle, output: Output) -> Largest:
     """Return the greatest distance of an output from its static position while the drives rest.
 

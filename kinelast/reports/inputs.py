@@ -13,7 +13,7 @@ from kinelast.scene.data import Scene
 from kinelast.scene.parts import PARTS
 from kinelast.values.numbers import number, percent, quantity
 from kinelast.values.reading import CAUTION, GOOD, OPEN, POOR, Finding
-from rigid import LineLoad, PointLoad, Resistance
+from rigid import LineLoad, Motion, PointLoad, Resistance
 
 INPUTS = "Inputs"
 LONG, SHORT = 90.0, 1e-5  # [m] largest and smallest usual length of the longest link
@@ -103,22 +103,29 @@ def _poisson(results: Results) -> Iterator[Finding]:
 
 
 def _idle_loads(results: Results) -> Iterator[Finding]:
-    """Yield a finding on each load that is zero at all positions, although its given force or moment is not."""
-    course, motion = results.scene.course, results.motion
-    if len(course.breaks.sides):  # a short load may act between two positions only
-        motion = course.at(course.with_breaks(motion.time))
+    """Yield a finding on each load that is zero at all positions, although its given force or moment is not.
+
+    A short load may act between two positions only. Positions at breaks are added to find it.
+    """
+    course = results.scene.course
     for load in results.mechanism.loads:
         if not isinstance(load, PointLoad | Resistance):
             continue
-        given = load.load if isinstance(load, Resistance) else load
-        if not (np.any(given.force) or np.any(given.moment)):
-            continue
-        acts = any(np.any(force) or np.any(moment) for _, _, force, moment in load.forces(motion))
+        given, motion = load.load if isinstance(load, Resistance) else load, results.motion
+        acts = _acts(load, motion) or not (np.any(given.force) or np.any(given.moment))
+        if not acts and len(course.breaks.sides):
+            motion = course.at(course.with_breaks(motion.time))
+            acts = _acts(load, motion)
         if not acts:
             law = given.law is not None and not np.any(given.law(motion))
             why = "its table gives 0 there" if law else "its point never moves against or along its force"
             text = f'The load on "{given.link}" at "{given.point}" is zero at all positions, because {why}.'
             yield Finding(CAUTION, "Load", text, f"the load on {given.link} never acts")
+
+
+def _acts(load: PointLoad | Resistance, motion: Motion) -> bool:
+    """Return whether a load is not zero at one or more positions of a motion."""
+    return any(np.any(force) or np.any(moment) for _, _, force, moment in load.forces(motion))
 
 
 def cycle_findings(results: Results) -> Iterator[Finding]:

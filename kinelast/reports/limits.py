@@ -12,12 +12,12 @@ import numpy as np
 from msgspec import UNSET, Struct, structs
 from msgspec.structs import replace
 
-from elastic.assessment import rest_from
 from kinelast.answers.refusals import STRENGTH, can_yield, needed_by_limits, refusals
 from kinelast.answers.results import Results
 from kinelast.figures.cycle import Cycle
 from kinelast.figures.errors import RECIPROCAL
 from kinelast.figures.measures import Measure, bounded_items, magnitudes, measures_of
+from kinelast.figures.output import rest_after_stop
 from kinelast.figures.peaks import error_of_extreme
 from kinelast.figures.registry import ALONG_BEAMS, figures_of, limits_of
 from kinelast.reports.advice import nearer
@@ -188,20 +188,15 @@ def judgement(results: Results, limit: Limit, key: str, items: Sequence[int] | N
         parts = peaks[item].error
         assert parts is not None
         problem = nearer(results, parts, value, min(UNRELIABLE, abs(value - float(limit.bound)) / (abs(value) or 1.0)))
-    elif key == "settling" and math.isinf(value) and (lasts := _rest(results)) < float(limit.bound):
-        outcome = UNKNOWN
-        problem = f"the run ends {quantity(lasts, 's')} after the stop, give it a longer duration or dwell"
+    elif key == "settling" and math.isinf(value) and results.figures.output:
+        lasts = rest_after_stop(results.cycle, results.figures.output)
+        if lasts < float(limit.bound):
+            outcome = UNKNOWN
+            problem = f"the run ends {quantity(lasts, 's')} after the stop, give it a longer duration or dwell"
     if results.one_position and outcome != BROKEN and not exact:
         outcome, problem = UNKNOWN, ONE_POSITION
     judged = Judgement(limit, outcome, item, value, error, problem)
     return _or_refused(results, judged, key, [item for item, *_ in known])
-
-
-def _rest(results: Results) -> float:
-    """Return the time from the stop of the drives to the end of the run [s]."""
-    motion = results.motion
-    rests = rest_from(np.array([np.broadcast_to(rate, motion.columns) for rate in motion.drive_rate]))
-    return float(motion.time[-1] - motion.time[rests].min(initial=motion.time[-1]))
 
 
 def _or_refused(results: Results, judged: Judgement, key: str, items: Sequence[int]) -> Judgement:
