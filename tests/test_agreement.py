@@ -34,7 +34,7 @@ from kinelast.reports.full_answer import full_answer
 from kinelast.reports.limits import KEPT, SEVERITY, limits_of_items, outcome_indices, verdict_on
 from kinelast.reports.summary import summary
 from kinelast.runs import by_theory, computed, long_results
-from kinelast.scene.document import document_from_text
+from kinelast.scene.document import document_from_text, scene_from_text
 from kinelast.scene.parsing import parse_toml
 from kinelast.scene.parts import PARTS
 from kinelast.scene.tables import LimitsTable
@@ -424,6 +424,27 @@ def test_all_limits_of_unknown_figures_are_reported_at_once():
     assert 'did you mean "joint_force.B"' in words[0]
     assert "in kg" in words[1]
     assert "rolling bearing" in words[2]
+
+
+@pytest.mark.parametrize(
+    ("limit", "words"),
+    [
+        ('deflection = {most = "1 mm", least = "2 mm"}', "no value meets both limits: least is above most"),
+        ('"joint_force.B" = "-1 kN"', "never negative, got '-1 kN'"),
+        ("safety = 2", "write { least = 2 } for a lower limit, or { most = 2 } for an upper limit"),
+        ('frequency = "9 rpm"', 'write { least = "9 rpm" }'),
+    ],
+)
+@pytest.mark.parametrize("table", ["limits.figures", "optimize.limits"])
+def test_limits_that_nobody_means_are_refused(table, limit, words):
+    goal = '[optimize]\nminimize = "mass"\n[optimize.variables]\n"sections.bar.depth" = ["3 mm", "9 mm"]\n'
+    text = f"{SLOW}\n{goal}[{table}]\n{limit}"
+    with pytest.raises(SceneError, match=re.escape(words)) as error:
+        if table == "limits.figures":
+            limits_of(scene_from_text(text))
+        else:
+            problem_of(document_from_text(text))
+    assert (error.value.table, error.value.key) == (table, '"' + limit.split(" =")[0].strip('"') + '"')
 
 
 def test_registered_figures_are_of_every_item():

@@ -16,6 +16,7 @@ from msgspec.structs import replace
 
 from kinelast.designs.sensitivities import FiguresOf
 from kinelast.designs.tolerances import Tolerance
+from kinelast.figures.registry import figures_of
 from kinelast.reports.limits import Judgement, elastic_limits, limits_of_items
 from kinelast.scene.document import Document
 from kinelast.scene.format import SceneTable
@@ -160,7 +161,7 @@ def optimization_task(document: Document, units: Mapping[str, str]) -> Optimizat
     rows = [bounds(document.table, path, *ends) for path, ends in goal.variables.items()]
     variables, low, high = zip(*rows, strict=True)
     within = [*limits_of_items(document.scene), *elastic_limits(document.scene)]
-    limits = (*_scene_limits(within, units), *_limits(document.table, units))
+    limits = (*_scene_limits(within, units), *_limits(document, units))
     return OptimizationTask(
         variables, np.array(low), np.array(high),
         figure, goal.maximize is not None, limits, goal.method == "evolution", goal.seed,
@@ -183,14 +184,15 @@ def _scene_limits(limits: Sequence[Limit], units: Mapping[str, str]) -> list[Lim
     return [replace(limit, unit=units[limit.figure]) for limit in limits]
 
 
-def _limits(table: SceneTable, units: Mapping[str, str]) -> Sequence[Limit]:
+def _limits(document: Document, units: Mapping[str, str]) -> Sequence[Limit]:
     """Return the limits in the table [optimize.limits]."""
+    over = {figure.key: figure.over for figure in figures_of(document.scene.output)}
     limits = []
-    for bound in figure_bounds(table, table.optimize.limits, "optimize.limits"):
+    for bound in figure_bounds(document.table, document.table.optimize.limits, "optimize.limits"):
         known_name(bound.table, f'"{bound.name}"', bound.name, units, "figure")
-        within = bound.within(units[bound.name])
-        of_items = [name for name in units if name.startswith(f"{bound.name}.")]
-        limits += [Limit(each, within, bound.least) for each in of_items or [bound.name]]
+        of_items = [name for name in units if name.startswith(f"{bound.name}.")] or [bound.name]
+        for value, least in bound.within(units[bound.name], over.get(bound.name.partition(".")[0], "")):
+            limits += [Limit(each, value, least) for each in of_items]
     return limits
 
 

@@ -262,7 +262,7 @@ def _limits_of(scene: Scene) -> tuple[Limit, ...]:
     named, wrong = [], []
     for bound in scene.bounds:
         try:
-            named.append(_limit_by_name(scene, bound))
+            named += _limits_by_name(scene, bound)
         except SceneError as error:
             wrong.append(error.of_file(scene.path))
     if wrong:
@@ -271,13 +271,14 @@ def _limits_of(scene: Scene) -> tuple[Limit, ...]:
     return (*scene.limits, *named)
 
 
-def _limit_by_name(scene: Scene, bound: FigureBound) -> Limit:
+def _limits_by_name(scene: Scene, bound: FigureBound) -> list[Limit]:
     key, _, item = bound.name.partition(".")
     figures = figures_of(scene.output)
     figure = next((each for each in figures if each.key == key), None)
     measure = None if figure is None else measures_of(scene, [figure]).get(bound.name)
     if figure is not None and measure is not None:
-        return Limit(figure.key, bound.within(measure.unit), bound.least, item, measure.unit, figure.of, named=True)
+        return [Limit(figure.key, value, least, item, measure.unit, figure.of, named=True)
+                for value, least in bound.within(measure.unit, figure.over)]  # fmt: skip
     what = f'there is no figure "{bound.name}"'
     if figure is None and scene.output is None and key in OF_OUTPUTS:
         problem = f'{what}: name the output of the machine under [run], as in output = "B"'

@@ -14,7 +14,7 @@ from kinelast.scene.parts.fatigue import FATIGUE, FATIGUED
 from kinelast.scene.tables import Amount, BoundTable
 from kinelast.scene.variables import Place, Variable, place_of, value_at
 from kinelast.values.error import SceneError, fault, known_name, likely
-from kinelast.values.figure import BEAM, OUTPUT_ERROR, SCENE, STOPPING, Limit
+from kinelast.values.figure import BEAM, LARGEST, LEAST, OUTPUT_ERROR, SCENE, STOPPING, Limit
 from kinelast.values.numbers import real
 from kinelast.values.units import Quantity
 from rigid import Mechanism
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 class FigureBound(Struct, frozen=True):
-    """A limit on a figure (a result such as the largest deflection), as the file gives it under the name of the figure.
+    """Limits on a figure (a result such as the largest deflection), as the file gives them under the figure's name.
 
     Whether the figure exists is checked later.
 
@@ -34,43 +34,57 @@ class FigureBound(Struct, frozen=True):
     name
         Name of the figure, or `KEY.ITEM` for one of its items.
     given
-        The bound.
-    least
-        True for a lower limit.
+        A number, which is an upper limit, or a table with `most` and `least`.
     table
-        Table that contains the limit, for messages.
+        Table that contains the limits, for messages.
     per_length
         Metres per length unit of the file.
     """
 
     name: str
-    given: Amount
-    least: bool
+    given: Amount | BoundTable
     table: str
     per_length: float
 
-    def within(self, unit: str) -> float:
-        """Return the bound in `unit`, the SI unit of the figure. Raise SceneError if the dimension differs."""
+    def within(self, unit: str, over: str) -> list[tuple[float, bool]]:
+        """Return each limit in `unit`, the SI unit of the figure, and whether it is a lower limit.
+
+        `over` says which value of the cycle the figure is, see `Figure.over`.
+
+        Raises
+        ------
+        SceneError
+            There is no limit, a limit has the wrong dimension, or no value can meet the limits. A number for a smallest
+            value is also refused: it may be meant as a lower limit, e.g. a safety factor of 2.
+        """
+        given = self.given if isinstance(self.given, BoundTable) else BoundTable(most=self.given)
         try:
-            return Quantity.of_unit(unit, self.given, self.per_length)
+            limits = [
+                (Quantity.of_unit(unit, amount, self.per_length), least)
+                for amount, least in ((given.most, False), (given.least, True))
+                if amount is not None
+            ]
         except ValueError as error:
-            raise fault(self.table, f'"{self.name}"', str(error)) from None
+            raise self._fault(str(error)) from None
+        if not limits:
+            raise self._fault('expected a bound, as in { most = "1 mm" } or { least = 2 }')
+        if given is not self.given and over == LEAST:
+            bound = f'"{self.given}"' if isinstance(self.given, str) else f"{self.given:g}"
+            lower, upper = f"{{ least = {bound} }} for a lower limit", f"{{ most = {bound} }} for an upper limit"
+            raise self._fault(f"the figure is a smallest value: write {lower}, or {upper}")
+        if over == LARGEST and given.most is not None and limits[0][0] < 0.0:
+            raise self._fault(f"the figure is a magnitude and never negative, got {given.most!r} as its upper limit")
+        if len(limits) > 1 and limits[0][0] < limits[1][0]:
+            raise self._fault("no value meets both limits: least is above most")
+        return limits
+
+    def _fault(self, problem: str) -> SceneError:
+        return fault(self.table, f'"{self.name}"', problem)
 
 
 def figure_bounds(table: SceneTable, given: Mapping[str, Amount | BoundTable], where: str) -> tuple[FigureBound, ...]:
-    """Return the limits that the file gives under the names of figures (results such as the largest deflection).
-
-    Raise SceneError if an entry has no bound.
-    """
-    bounds_ = []
-    for name, amount in given.items():
-        bound = amount if isinstance(amount, BoundTable) else BoundTable(most=amount)
-        if bound.most is None and bound.least is None:
-            raise fault(where, f'"{name}"', 'expected a bound, as in { most = "1 mm" } or { least = 2 }')
-        for value, least in ((bound.most, False), (bound.least, True)):
-            if value is not None:
-                bounds_.append(FigureBound(name, value, least, where, tables.PER_LENGTH[table.units]))
-    return tuple(bounds_)
+    """Return the limits that the file gives under the names of figures (results such as the largest deflection)."""
+    return tuple(FigureBound(name, bound, where, tables.PER_LENGTH[table.units]) for name, bound in given.items())
 
 
 class Output(Struct, frozen=True):
