@@ -388,3 +388,11 @@ def test_a_limit_equal_to_the_figure_up_to_round_off_is_kept(tmp_path, capsys):
     assert "acceptable: mean motor speed" in capsys.readouterr().out
     [limit] = json.loads((tmp_path / "out" / "press" / "summary.json").read_text())["acceptance"]["limits"]
     assert limit["used"] == pytest.approx(1.0, abs=1e-9)
+
+
+def test_a_limit_on_the_rest_needs_drives_that_stop():
+    verdict = report_of(computed(scene_from_text(f'{SLOW}\n[limits]\nsettling = "1 s"'), Request())).acceptance
+    assert (verdict.verdict, verdict.problem) == (
+        "cannot be judged",
+        "the figure needs a scene in which the drives stop",
+    )

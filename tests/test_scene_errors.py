@@ -327,7 +327,7 @@ MISTAKES = [
     ("joints in space", FOUR_BAR, [add('[joints.B]\ntype = "pivot"')], "joints", "", "use --structure"),
     ("structure alone", "structure_only = true\n" + FOUR_BAR, [], "", "structure_only", "use --structure"),
     # Found only for the mechanism as a whole.
-    ("no duration", SLIDER_CRANK, [('link = "crank"\nspeed = 100', 'slider = "guide"\nspeed = 0.1')], "run", "duration", "without a drive at constant speed"),
+    ("no duration", SLIDER_CRANK, [('link = "crank"\nspeed = 100', 'slider = "guide"\nspeed = 0.1')], "run", "duration", "without a drive that turns at constant speed"),
     ("a link too many", FOUR_BAR, [add('[links.arm]\npoints = ["B", "P"]\nsection = "bar"\nmaterial = "steel"')], "links.arm", "",
      r'link "arm" is left with 1 freedom: add a drive or a joint for each; points of one link only: "P"$'),
     ("two drives of one pin", FOUR_BAR, [add('[[drives]]\nlink = "crank"\nspeed = 1')], "drives", "", 'two drives move the joint "O"'),

@@ -182,7 +182,8 @@ def judgement(results: Results, limit: Limit, key: str, items: Sequence[int] | N
     if results.buckles and math.isnan(value):
         outcome, problem = BROKEN, results.buckles
     elif outcome == UNKNOWN:
-        unknown = "the figure is unknown" if peaks or results.mechanism.beams else NO_BEAMS
+        missing = f"the figure needs a {limit.of}" if results.mechanism.beams else NO_BEAMS
+        unknown = "the figure is unknown" if peaks else missing
         problem = unknown if math.isnan(value) else results.error_unknown or "its error is unknown"
     elif outcome == TOO_NEAR:
         parts = peaks[item].error

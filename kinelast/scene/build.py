@@ -240,7 +240,8 @@ def _run(table: SceneTable, repetition: Repetition, laws: tuple[DriveLaw | Drive
     elif lasting:
         duration, turn = max(lasting), False
     else:
-        problem = 'the key is missing: without a drive at constant speed a run needs a duration, as in "50 ms"'
+        problem = "the key is missing: without a drive that turns at constant speed, a run needs a duration"
+        problem += ', as in "50 ms", or "1 s" for a machine at rest'
         raise fault("run", "duration", problem)
     run = Run(table.run.positions, duration, turn, *more)
     lasts = (run.duration >= MIN_DURATION) & (run.duration <= MAX_DURATION)

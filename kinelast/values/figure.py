@@ -71,7 +71,7 @@ def _rubbing(scene: Scene) -> list[str]:
 
 MACHINE = "machine"
 SCENE = Kind("scene", lambda _: ("",), MACHINE)
-STOPPING = Kind("scene that stops", lambda scene: [""] * scene.course.stops, MACHINE)
+STOPPING = Kind("scene in which the drives stop", lambda scene: [""] * scene.course.stops, MACHINE)
 FRICTION = Kind("scene with friction", lambda scene: [""] * bool(friction_joints(scene.mechanism)), MACHINE)
 BEAM = Kind("beam", lambda scene: scene.labels, "link")
 LINK = Kind("link", lambda scene: (link.name for link in scene.mechanism.links[1:]))
