@@ -44,8 +44,7 @@ def report_page(results: Results, report: Report) -> bytes:
     """Return report.html, the self-contained report on a scene, in UTF-8."""
     kept = kept_positions(results)
     store = numbers_of(results, kept)
-    numbers, packed = store.bytes()
-    model = {**model_of(results, kept, store), "packed": packed}
+    model = model_of(results, kept, store)
     read = to_read(report)
     said = {
         "verdict": verdict_words(read),
@@ -58,7 +57,7 @@ def report_page(results: Results, report: Report) -> bytes:
         "source": text_of(report.scene.source.strip()),
         "gist": text_of(headline(report)),
         "scene": as_data(scene),
-        "numbers": b64encode(numbers),
+        "numbers": b64encode(store.bytes()),
         "uplot": _chart_library(),
     }
     return filled("report.html", SCRIPTS, parts)
@@ -270,10 +269,8 @@ def designs_page(
         store.add(name, column[kept])
     words = dict.fromkeys(reasons[at] for at in kept)
     store.add("#reason", np.array([list(words).index(reasons[at]) for at in kept], float), "f")
-    packed, is_packed = store.bytes()
     data = {
         "arrays": store.places,
-        "packed": is_packed,
         "count": len(kept),
         "of": count,
         "units": {name: units.get(name, "1") for name in values},
@@ -292,7 +289,7 @@ def designs_page(
     }
     heading = text_of(title)
     parts = {"title": b"Designs: " + heading, "heading": heading, "designs": as_data(data)}
-    return filled("designs.html", DESIGN_SCRIPTS, {**parts, "numbers": b64encode(packed)})
+    return filled("designs.html", DESIGN_SCRIPTS, {**parts, "numbers": b64encode(store.bytes())})
 
 
 def first_axes(numbers: Sequence[str], figures: Sequence[str]) -> list[str]:

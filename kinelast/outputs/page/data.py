@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import zlib
 from collections.abc import Callable, Iterator
 from typing import Any
 
@@ -268,9 +267,6 @@ def _pair(place: Any) -> tuple[float, float]:
     return size.real, size.imag
 
 
-PACKED = 400_000  # [bytes] arrays are compressed if their total size is larger
-
-
 class Numbers:
     """Arrays in binary form, stored row by row. A row has one value for each position or design.
 
@@ -303,15 +299,9 @@ class Numbers:
         self.places[name] = (kind, shape, vectors, same)
         self._parts[kind].append(np.ascontiguousarray(rows[~alike], "<f8" if kind == "d" else "<f4"))
 
-    def bytes(self) -> tuple[bytes, bool]:
-        """Return all stored numbers as bytes, and whether the bytes are compressed.
+    def bytes(self) -> bytes:
+        """Return all stored numbers, little-endian: first the float64 numbers, then the float32 numbers.
 
-        The float64 numbers are followed by the float32 numbers, both little-endian. Before compression, the bytes are
-        reordered: the first bytes of all numbers, the second bytes of all numbers, and so on. This order compresses
-        better, because equally placed bytes of neighbouring numbers are similar.
+        They are not compressed, because this would save only a fifth.
         """
-        whole = [np.concatenate([part.ravel() for part in parts] or [np.zeros(0)]) for parts in self._parts.values()]
-        if sum(part.nbytes for part in whole) <= PACKED:
-            return b"".join(part.tobytes() for part in whole), False
-        planes = (part.view(np.uint8).reshape(-1, part.itemsize).T.tobytes() for part in whole)
-        return zlib.compress(b"".join(planes), 1), True
+        return b"".join(part.tobytes() for parts in self._parts.values() for part in parts)

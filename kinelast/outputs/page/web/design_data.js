@@ -2,7 +2,7 @@
 const data = JSON.parse($("designs").textContent);
 const COUNT = data.count;
 Object.assign(chosenUnits, data.shown_in);
-const arrays = await unpacked(data, COUNT);
+const arrays = unpacked(data.arrays, COUNT);
 const columnOf = (name) => arrays[name].values;
 const designOf = (k) => columnOf("#design")[k];
 const reasonOf = (k) => data.reasons[columnOf("#reason")[k]];

@@ -4,7 +4,7 @@ const read = (id) => JSON.parse($(id).textContent);
 const { summary, model, verdict, trusted, handout, text: sceneText } = read("scene");
 const N = model.positions;
 Object.assign(chosenUnits, model.units);
-const arrays = await unpacked(model, N);
+const arrays = unpacked(model.arrays, N);
 for (const [name, [of, times, factors]] of Object.entries(model.integrals)) {
   arrays[name] = integrated(arrays[name].values, arrays[of], times, factors);
 }
