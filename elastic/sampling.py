@@ -70,25 +70,27 @@ def sample(
         raise ValueError(
             f"stations range from {xi.min():g} to {xi.max():g}, expected from 0 to 1 (fractions of the length)"
         )
-    entry = field_named(field)
-    if known is None:
-        return _sampled(deflection, entry, xi, {})
-    if entry.key not in known:
-        known[entry.key] = _sampled(deflection, entry, xi, known)
-    return known[entry.key]
+    return _sampled(deflection, field_named(field), xi, {} if known is None else known)
 
 
 def _sampled(deflection: Deflection, entry: Field, xi: Reals, known: dict[str, AtStations]) -> AtStations:
+    if entry.key not in known:
+        known[entry.key] = _evaluated(deflection, entry, xi, known)
+    return known[entry.key]
+
+
+def _evaluated(deflection: Deflection, entry: Field, xi: Reals, known: dict[str, AtStations]) -> AtStations:
+    def part(key: str) -> AtStations:
+        return _sampled(deflection, field_named(key), xi, known)
+
     if entry.root_of:
-        return np.sqrt(sum(weight * sample(deflection, part, xi, known) ** 2 for weight, part in entry.root_of))
+        return np.sqrt(sum(weight * part(key) ** 2 for weight, key in entry.root_of))
     if entry.greatest_of:
-        values = reduce(larger_magnitude, (sample(deflection, part, xi, known) for part in entry.greatest_of))
+        values = reduce(larger_magnitude, map(part, entry.greatest_of))
         return values if entry.signed else np.abs(values)
     if entry.key in STRESSES and deflection.division.whole:
-        first, *others = (
-            factor[0, ..., None] * sample(deflection, force, xi, known)
-            for force, factor in stress_factors(deflection, entry.key)
-        )
+        factors = stress_factors(deflection, entry.key)
+        first, *others = (factor[0, ..., None] * part(force) for force, factor in factors)
         return sum(others, start=first)
     return evaluated(coefficients(deflection, entry.key), deflection.division, xi)
 

@@ -34,7 +34,7 @@ from kinelast.reports.full_answer import full_answer
 from kinelast.reports.limits import KEPT, SEVERITY, limits_of_items, outcome_indices, verdict_on
 from kinelast.reports.summary import summary
 from kinelast.runs import by_theory, computed, long_results
-from kinelast.scene.document import document_from_text, scene_from_text
+from kinelast.scene.document import document_from_text
 from kinelast.scene.parsing import parse_toml
 from kinelast.scene.parts import PARTS
 from kinelast.scene.tables import LimitsTable
@@ -439,11 +439,9 @@ def test_all_limits_of_unknown_figures_are_reported_at_once():
 def test_limits_that_nobody_means_are_refused(table, limit, words):
     goal = '[optimize]\nminimize = "mass"\n[optimize.variables]\n"sections.bar.depth" = ["3 mm", "9 mm"]\n'
     text = f"{SLOW}\n{goal}[{table}]\n{limit}"
+    document = document_from_text(text)
     with pytest.raises(SceneError, match=re.escape(words)) as error:
-        if table == "limits.figures":
-            limits_of(scene_from_text(text))
-        else:
-            problem_of(document_from_text(text))
+        limits_of(document.scene) if table == "limits.figures" else problem_of(document)
     assert (error.value.table, error.value.key) == (table, '"' + limit.split(" =")[0].strip('"') + '"')
 
 

@@ -41,7 +41,7 @@ class Measure(Struct, frozen=True):
         """
         known = cycle.of(self.figure)
         count, items = len(known.value), self.items or range(len(known.value))
-        rows = known if len(items) == count else _picked(known, items)
+        rows = known if len(items) == count else picked(known, items)
         best = largest_row(rows, self.figure.over == LEAST)
         inner = np.take_along_axis(np.broadcast_to(rows.row, np.shape(rows.value)), best.row[None], 0)[0]
         place = (inner * count + np.array(items)[best.row]) * cycle.columns[-1] + best.position
@@ -50,7 +50,8 @@ class Measure(Struct, frozen=True):
         return np.broadcast_to(value, shape), np.broadcast_to(np.where(best.position < 0, -1, place), shape)
 
 
-def _picked(known: Largest, items: Sequence[int]) -> Largest:
+def picked(known: Largest, items: Sequence[int]) -> Largest:
+    """Return the largest values of some items."""
     shape, at = np.shape(known.value), [*items]
     parts = (known.value, known.position, known.xi, known.row, known.gain)
     return Largest(*(np.broadcast_to(part, shape)[at] for part in parts))

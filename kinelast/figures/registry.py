@@ -10,7 +10,7 @@ from msgspec.structs import replace
 from elastic import FIELDS, Largest, displacement_of, largest_row
 from elastic.assessment import angle_error, safety_factor
 from kinelast.figures.cycle import EXTREME_FIELDS, AlongBeams, Cycle
-from kinelast.figures.measures import measures_of
+from kinelast.figures.measures import measures_of, picked
 from kinelast.figures.output import (
     advantage_of,
     residual_of,
@@ -66,17 +66,14 @@ def _safety(cycle: Cycle) -> Largest:
 def _angle_errors(cycle: Cycle) -> Largest:
     """Return, for every moving link, the largest angle error at any of its points."""
     links = cycle.scene.mechanism.links[1:]
-    best = [cycle.once(_angle_error, link.name) for link in links]
-    parts = ("value", "position", "xi", "row", "gain")
-    return Largest(
-        *(np.array([np.broadcast_to(getattr(one, part), np.shape(one.value)) for one in best]) for part in parts)
-    )
-
-
-def _angle_error(cycle: Cycle, link: str) -> Largest:
-    mechanism = cycle.scene.mechanism
-    points = mechanism.links[mechanism.index[link]].points
-    return largest_row(cycle.largest(cycle.rows([angle_error(cycle.deflection, link, point) for point in points])))
+    errors = [angle_error(cycle.deflection, link.name, point) for link in links for point in link.points]
+    every = cycle.largest(cycle.rows(errors))
+    ends = np.cumsum([len(link.points) for link in links])
+    rows = [slice(end - len(link.points), end) for link, end in zip(links, ends, strict=True)]
+    gain = np.broadcast_to(every.gain, np.shape(every.value))
+    best = [largest_row(Largest(every.value[each], every.position[each], gain=gain[each])) for each in rows]
+    parts = ("value", "position", "row", "gain")
+    return Largest(**{part: np.array([getattr(one, part) for one in best]) for part in parts})
 
 
 def _mass(cycle: Cycle) -> Real:
@@ -206,7 +203,8 @@ def output_figures(output: Output | None) -> tuple[Figure, ...]:
 
     return (
         Figure(OUTPUT_ERROR, "error of the output", "rad", SCENE,
-               lambda cycle: sole(cycle.once(_angle_error, output.link)), listed=True, limit="output"),
+               lambda cycle: picked(cycle.of(ANGLE_ERROR), [cycle.scene.mechanism.index[output.link] - 1]),
+               listed=True, limit="output"),
         Figure("output_least", "least angle of the output", "rad", SCENE, lambda cycle: sole(swing(cycle)[0]), LEAST,
                asked=True, rigid=True),
         Figure("output_most", "greatest angle of the output", "rad", SCENE, lambda cycle: sole(swing(cycle)[1]), MOST,

@@ -56,9 +56,9 @@ class Motor(Struct, frozen=True, eq=False):
 def gear_effort(motor: Motor, effort: Any, rate: Any) -> Reals:
     """Return the effort of the drive including gearbox losses [N m or N].
 
-    The effort is divided by the efficiency if the motor drives the load, and multiplied by the efficiency if the load
-    drives the motor, or if the drive is at rest, where friction helps to hold the load. The result is the effort at the drive, not at the motor shaft. Assumption: the efficiency is the
-    same in both directions, and at any load and speed.
+    The effort is divided by the efficiency if the motor drives the load. It is multiplied by the efficiency if the load
+    drives the motor, or if the drive is at rest, where friction helps to hold the load. The result is the effort at the
+    drive, not at the motor shaft. Assumption: the efficiency is the same in both directions, and at any load and speed.
 
     Parameters
     ----------
