@@ -364,7 +364,9 @@ class TestLibrary:
             for key in ("EA", "EI", "kGA", "area", "inertia", "fibre", "peak_shear"):
                 assert getattr(one, key) == pytest.approx(getattr(other, key), rel=1e-12), key
 
-    @pytest.mark.parametrize("name", ["IPE 85", "RHS 60x40", "pipe 0x2", "pipe 3..4x2", "flat", "x", "RHS 4x4x4"])
+    @pytest.mark.parametrize(
+        "name", ["IPE 85", "RHS 60x40", "RHS 60x40x0", "SHS 40x0", "pipe 0x2", "pipe 3..4x2", "flat", "x", "RHS 4x4x4"]
+    )
     def test_an_unknown_name_is_an_error(self, name):
         with pytest.raises(SceneError, match=r"section|wall"):
             scene_from_text(edited(ARM, ('section = "bar"', f'section = "{name}"')))

@@ -21,11 +21,11 @@ def unknown(tables: Mapping[str, Any], table: str, key: str, name: str) -> NoRet
     choices = _same_size(name) if key == "section" else []
     entries = [entry for entry, _ in library_entries(f"{key}s")]
     begun = [entry for entry in entries if _key(entry).startswith(_key(name))]
+    problem = f'there is no {key} "{name}"'
     near = likely(begun[0] if len(name) > 1 and begun else name, [*choices, *tables, *entries])
-    add = f"; add [{key}s.{name}], or name one of --list {key}s"
-    raise fault(
-        table, key, f'there is no {key} "{name}"{near if "did you mean" in near else likely(name, tables) + add}'
-    )
+    if "did you mean" in near:
+        raise fault(table, key, problem + near)
+    raise fault(table, key, f"{problem}{likely(name, tables)}; add [{key}s.{name}], or name one of --list {key}s")
 
 
 def _same_size(name: str) -> list[str]:
@@ -54,10 +54,10 @@ def _library() -> dict[str, Any]:
 @cache
 def named_material(name: str) -> MaterialTable | None:
     """Return the material with this name from the library, such as "S235", or None if there is none."""
-    words = {_key(entry): table for entry, table in _library()["materials"].items()}.get(_key(name))
-    if words is None:
+    table = {_key(entry): table for entry, table in _library()["materials"].items()}.get(_key(name))
+    if table is None:
         return None
-    return _read({key: value for key, value in words.items() if key != "source"}, MaterialTable)
+    return _read({key: value for key, value in table.items() if key != "source"}, MaterialTable)
 
 
 @cache
@@ -69,20 +69,20 @@ def named_section(name: str) -> forms.SectionTable | None:
     match = re.fullmatch(r"([A-Z]+)([0-9.]+(?:X[0-9.]+)*)", _key(name))
     if match is None:
         return None
-    family, words = match[1], match[2].split("X")
+    family, numbers = match[1], match[2].split("X")
     table = _library()["sections"].get(family, {})
     for size, rolled in _rolled(table):
         if _key(size) == match[2]:
             return _sized(table["shape"], dict(zip(table["sizes"], rolled, strict=True)), table.get("unit", "mm"))
     shape, keys = FAMILIES.get(family, ("", ()))
-    if family == "SHS" and len(words) == 2:
-        words = [words[0], *words]
-    if not shape or len(words) != len(keys) or not all(re.fullmatch(r"\d+(?:\.\d+)?", word) for word in words):
+    if family == "SHS" and len(numbers) == 2:
+        numbers = [numbers[0], *numbers]
+    if not shape or len(numbers) != len(keys) or not all(re.fullmatch(r"\d+(?:\.\d+)?", each) for each in numbers):
         return None
-    sizes = dict(zip(keys, map(float, words), strict=True))
+    sizes = dict(zip(keys, map(float, numbers), strict=True))
     if shape == "box":
         wall = sizes["wall"]
-        sizes["corner"] = wall * next(times for least, times in CORNERS if wall > least)
+        sizes["corner"] = wall * next((ratio for above, ratio in CORNERS if wall > above), 0.0)
     return _sized(shape, sizes)
 
 
@@ -94,11 +94,8 @@ FAMILIES = {  # by first word of a name: shape, and keys of the dimensions in th
     "FLAT": ("rectangle", ("depth", "width")),
     "ROUND": ("circle", ("diameter",)),
 }
-CORNERS = (
-    (10.0, 3.0),
-    (6.0, 2.5),
-    (0.0, 2.0),
-)  # EN 10219-2: wall thickness [mm] above which a row applies, and ratio of outer corner radius to wall thickness
+# EN 10219-2: wall thickness [mm] above which a row applies, and outer corner radius / wall thickness
+CORNERS = (10.0, 3.0), (6.0, 2.5), (0.0, 2.0)
 
 
 def _rolled(table: Mapping[str, Any]) -> Iterable[tuple[str, list[float]]]:
@@ -110,12 +107,12 @@ def _sized(shape: str, sizes: Mapping[str, float], unit: str = "mm") -> forms.Se
     """Return a section with the given dimensions, or None if a dimension is not positive."""
     if not all(size > 0.0 for size in sizes.values()):
         return None
-    words = {key: f"{size} {unit}" for key, size in sizes.items()}
-    return _read({"shape": shape, **words}, forms.SectionTable)
+    dimensions = {key: f"{size} {unit}" for key, size in sizes.items()}
+    return _read({"shape": shape, **dimensions}, forms.SectionTable)
 
 
-def _read(words: dict[str, Any], kind: Any) -> Any:
-    return msgspec.convert(words, kind, dec_hook=forms.read_quantity)
+def _read(table: dict[str, Any], kind: Any) -> Any:
+    return msgspec.convert(table, kind, dec_hook=forms.read_quantity)
 
 
 def _key(name: str) -> str:
