@@ -15,7 +15,7 @@ from msgspec.structs import replace
 from nonlinear import nonlinear_steady_state
 
 from elastic import Section, sample, with_rotary_inertia
-from elastic.elastodynamics import elastodynamic, geometrically_exact, theory_error
+from elastic.elastodynamics import elastodynamic, geometrically_exact
 from fem_check.nonlinear import refined_deflection
 from kinelast.answers.theory_settings import THEORY
 from kinelast.runs import computed
@@ -82,7 +82,6 @@ def test_the_elastodynamic_answers_and_their_errors(case):
     assert difference(vibrating, expected) < 5e-4
     exact = sample(geometrically_exact(found).deflection, "chord", [0.5])[..., 0]
     assert difference(exact, expected) < min(1.5e-4, difference(vibrating, expected))
-    assert difference(plain, expected) == pytest.approx(theory_error(found).history.max(), rel=0.05)
     assert difference(plain, expected) > 0.01
 
 

@@ -87,7 +87,7 @@ def test_a_block_that_stops_in_every_stroke():
     solved = scipy.integrate.solve_ivp(rates, (0, 13 * period), [0, 0], "LSODA", times, rtol=1e-8, atol=1e-12)
     assert 0.1 < (np.abs(solved.y[1]) < 10 * creep).mean() < 0.9
     off = np.abs(place - solved.y[0]).max() / np.abs(solved.y[0]).max()
-    assert off < found.time_error + found.reduction_error
+    assert off < found.discretization_error
 
 
 @pytest.mark.slow

@@ -13,7 +13,7 @@ import kinelast
 from elastic import displacement_of, sample
 from elastic.assessment import harmonics
 from elastic.vibration import natural_frequencies
-from kinelast.answers.answers import Answers
+from kinelast.answers.builder import AnswerBuilder
 from kinelast.figures.cycle import Cycle
 from kinelast.figures.figure_error import BEAM_THEORY, BODIES, VIBRATION, FigureError
 from kinelast.figures.measured import with_bodies
@@ -130,7 +130,7 @@ def test_the_change_by_vibration_is_that_of_the_largest_deflection_stress_and_ou
     assert press.answer.missed == pytest.approx(max(change.values()), rel=0.01)
     strength = [each for each in press.main_figures if each.key in ("stress", "safety")]
     assert len(strength) > 1
-    missed = Answers(still, press.scene.theory).change_by_vibration(press.answer.cycle, strength)
+    missed = AnswerBuilder(still, press.scene.theory).change_by_vibration(press.answer.cycle, strength)
     assert missed == pytest.approx(change["stress"], rel=0.01)
     assert missed < 0.5
 

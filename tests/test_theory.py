@@ -97,7 +97,7 @@ def test_where_nothing_is_asked_the_answer_is_within_five_percent():
     assert all(0 < results.answer.error < 0.05 for results in (slow, fast))
     assert fast.answer.missed > 0.05
     np.testing.assert_array_equal(sample(slow.deflection, "w", [0.5]), sample(slow.quasi_static, "w", [0.5]))
-    assert [one.accuracy for one in (slow.answer, fast.answer)] == [None, None]
+    assert [one.requested.accuracy for one in (slow.answer, fast.answer)] == [None, None]
 
 
 def test_the_plain_answer_is_asked_for_by_name():
@@ -371,7 +371,7 @@ def test_on_shipped_scenes_a_finer_accuracy_never_takes_a_lower_rung_or_a_worse_
     assert off[-1] <= 1.02 * off[0]  # intermediate errors vary with the time elements
     assert answers[0].accurate
     for answer in answers:
-        share = answer.accuracy
+        share = answer.requested.accuracy
         assert answer.accurate == (answer.error <= share and max(answer.courses.values()) <= share)
 
 
@@ -825,7 +825,7 @@ def test_large_displacement_of_a_well_resolved_vibration_needs_no_finer_vibratio
     monkeypatch.setattr("kinelast.answers.theory.finer_vibration", None)
     monkeypatch.setattr("kinelast.answers.theory._Theories._resolved", None)
     shared = []
-    monkeypatch.setattr("kinelast.answers.answers.including", lambda *given: shared.append(given) or including(*given))
+    monkeypatch.setattr("kinelast.answers.builder.including", lambda *given: shared.append(given) or including(*given))
     answer = computed(read_scene(shipped_scenes()["steel_four_bar"]), Request()).answer
     assert answer.theory == GEOMETRICALLY_EXACT
     assert len(shared) == 1

@@ -9,6 +9,7 @@ from elastic.elastodynamics.geometrically_exact import (
     with_large_displacement,
     with_one_more_step,
 )
+from elastic.elastodynamics.large_displacement import large_displacement_error
 from elastic.elastodynamics.natural_modes import NaturalModes, natural_modes
 from elastic.elastodynamics.reduced_vibration import Vibration
 from elastic.elastodynamics.solution import Elastodynamic, deflection_at, elastodynamic, including, moved_to
@@ -16,5 +17,4 @@ from elastic.elastodynamics.speed_map import SpeedMap, SpeedSolutions, critical_
 from elastic.elastodynamics.speed_scan import Resonance
 from elastic.elastodynamics.speed_search import BoundUtilisation, SpeedSearch, prominences
 from elastic.elastodynamics.strains import Damping
-from elastic.elastodynamics.theory_error import TheoryError, large_displacement_error, theory_error
 from elastic.elastodynamics.transient import transient

@@ -178,7 +178,7 @@ def geometrically_exact(
             finer = None
         coarser = None if before > VIBRATION.max_convergence_error else best
         answer_now = _assembled(linear, exact, vibration, discretization, grid_error, coarser)
-        best = answer_now if best is None or _total_error(answer_now) < _total_error(best) else best
+        best = answer_now if best is None or answer_now.discretization_error < best.discretization_error else best
         needs_modes = tolerance < exact.convergence_error < VIBRATION.max_widening_ratio * before
         coarse, grid = discretization, finer or vibration.problem.terms.grid
         diverged = exact.convergence_error > VIBRATION.max_convergence_error
@@ -245,11 +245,6 @@ def _transferred_if_useful(
         return None
     displaced = transferred(known, vibration, now.per_coordinate_of(before))
     return displaced if known.foreshortening is None else with_new_foreshortening(displaced)
-
-
-def _total_error(found: Elastodynamic) -> float:
-    """Return the total error of a solution."""
-    return found.time_error + found.reduction_error
 
 
 def _has_vibrating_beams(linear: Elastodynamic) -> bool:

@@ -112,6 +112,11 @@ class Elastodynamic(Struct, frozen=True, eq=False, dict=True):
         return force_error(self.vibration, (exact.displaced.force, exact.displaced.joints) if exact else None)
 
     @property
+    def discretization_error(self) -> float:
+        """Error in displacements due to time elements and reduced coordinates, relative to the largest displacement."""
+        return self.time_error + self.reduction_error
+
+    @property
     def bound(self) -> float:
         """Upper bound on the relative discretization error in displacements and forces.
 
@@ -119,7 +124,7 @@ class Elastodynamic(Struct, frozen=True, eq=False, dict=True):
         """
         if self.vibration is not None and not self.vibration.cyclic:
             return math.inf
-        return max(self.time_error + self.reduction_error, self.force_error)
+        return max(self.discretization_error, self.force_error)
 
     def resolved_to(self, tolerance: float) -> Elastodynamic:
         """Set the time tolerance of later refinements to at most `tolerance`. The solution itself does not change."""

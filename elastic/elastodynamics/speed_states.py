@@ -14,11 +14,11 @@ from elastic.elastodynamics.equations_of_motion import MotionTerms, Problem, kin
 from elastic.elastodynamics.exact_iterate import ExactIterate
 from elastic.elastodynamics.exact_steps import exact_deflection, vibration_with_friction
 from elastic.elastodynamics.geometrically_exact import steps_to_exact
+from elastic.elastodynamics.large_displacement import second_order_error
 from elastic.elastodynamics.point_effects import chosen_points
 from elastic.elastodynamics.reduced_vibration import vibration
 from elastic.elastodynamics.solution import vibration_in
 from elastic.elastodynamics.speed_settings import SPEEDS
-from elastic.elastodynamics.theory_error import second_order_error
 from elastic.elastodynamics.time_elements import propagation
 from elastic.elastodynamics.time_error import force_error, time_error
 from elastic.elastodynamics.time_grid import Grid

@@ -18,7 +18,7 @@ from kinelast.figures.cycle import STATIONS, Cycle
 from kinelast.figures.errors import Estimate, figure_errors
 from kinelast.figures.figure_error import BETWEEN, TIME, FigureError
 from kinelast.figures.main_figures import MainFigure, worst_of
-from kinelast.scene.data import ACCURACY, QUASI_STATIC
+from kinelast.scene.data import QUASI_STATIC, Theory
 from kinelast.values.figure import Figure
 from rigid.arrays import Complexes, Numbers, Reals, distinct
 
@@ -37,6 +37,8 @@ class Answer(Struct, frozen=True, eq=False, dict=True):
     ----------
     theory
         "quasi-static", "elastodynamic" or "geometrically-exact".
+    requested
+        Theory and accuracy that the user requests.
     cycle
         Cycle with the deflection of this answer.
     quasi_static
@@ -50,8 +52,6 @@ class Answer(Struct, frozen=True, eq=False, dict=True):
         Figures that the answer is judged by, and the data from which their errors are computed.
     main_figures
         Main figures. The error of the answer is the largest of their relative errors.
-    accuracy
-        Requested accuracy; None if none was requested.
     missed
         Largest relative change in a main displacement, stress or force due to vibration and large displacement. It is a
         bound on this change if vibration was not solved, and nan if no bound is known.
@@ -60,6 +60,7 @@ class Answer(Struct, frozen=True, eq=False, dict=True):
     """
 
     theory: str
+    requested: Theory
     cycle: Cycle
     quasi_static: Deflection
     vibrating: Elastodynamic | None
@@ -67,7 +68,6 @@ class Answer(Struct, frozen=True, eq=False, dict=True):
     figures: Sequence[Figure]
     off: Estimate
     main_figures: Sequence[MainFigure]
-    accuracy: float | None
     missed: float
     finer: bool
 
@@ -127,16 +127,17 @@ class Answer(Struct, frozen=True, eq=False, dict=True):
         """
         if self.unknown:
             return False
+        wanted = self.requested.wanted
         for each in self.main_figures:
             left = each.share - each.share_by_motion
             if self._is_missed(each):
                 left -= each.error.parts[BETWEEN] / each.base
-            accepted = max(self.wanted - left, NEGLIGIBLE_GAIN * self.wanted)
-            if self.accuracy is None and left >= self.wanted:
-                accepted = self.wanted
+            accepted = max(wanted - left, NEGLIGIBLE_GAIN * wanted)
+            if self.requested.accuracy is None and left >= wanted:
+                accepted = wanted
             if not each.share_by_motion <= accepted:
                 return False
-        return self.accuracy is None or max(self.courses.values(), default=0.0) <= SAFE_SHARE * self.wanted
+        return self.requested.accuracy is None or max(self.courses.values(), default=0.0) <= SAFE_SHARE * wanted
 
     @property
     def enough_if_resolved(self) -> bool:
@@ -162,11 +163,6 @@ class Answer(Struct, frozen=True, eq=False, dict=True):
         return self.reaches(self.error)
 
     @property
-    def wanted(self) -> float:
-        """The accuracy to reach: the requested one, or else the default `ACCURACY`."""
-        return ACCURACY if self.accuracy is None else self.accuracy
-
-    @property
     def missed_peaks(self) -> Reals:
         """Instants [s] around the peaks of main figures that have an error `BETWEEN` above the accuracy."""
         keys = {each.key for each in self.main_figures if self._is_missed(each)}
@@ -180,13 +176,12 @@ class Answer(Struct, frozen=True, eq=False, dict=True):
         return distinct(np.concatenate(instants))
 
     def _is_missed(self, figure: MainFigure) -> bool:
-        return figure.error.parts.get(BETWEEN, 0.0) > self.wanted * figure.base
+        return figure.error.parts.get(BETWEEN, 0.0) > self.requested.wanted * figure.base
 
     def reaches(self, error: float) -> bool | None:
         """Return whether `error` and the time histories reach the requested accuracy, or None if none was requested."""
-        if self.accuracy is None:
-            return None
-        return error <= self.accuracy and not self.worst_course[1] > self.accuracy
+        accuracy = self.requested.accuracy
+        return None if accuracy is None else error <= accuracy and not self.worst_course[1] > accuracy
 
 
 def history_error(answer: Cycle, off: Estimate) -> float:

@@ -216,7 +216,7 @@ def momentum_balances(results: Results) -> dict[str, MomentumBalance]:
     course, answer = scene.course, results.answer
     balances = {QUASI_STATIC: balance(results.quasi_static, course.near, course.span)}
     if answer is not None and results.vibrates and answer.vibrating is not None:
-        off = max(answer.by_motion, ALLOWED_PER_ACCURACY * answer.wanted)
+        off = max(answer.by_motion, ALLOWED_PER_ACCURACY * answer.requested.wanted)
         allowed = max(MIN_ALLOWED * max(1.0, len(results.motion.time) / POSITIONS) ** 2, off)
         if allowed <= MAX_ALLOWED:
             cycle = results.period if math.isfinite(results.period) else None

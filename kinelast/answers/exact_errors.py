@@ -22,7 +22,7 @@ Errors = tuple[dict[str, Elastodynamic], dict[str, float]]  # corrected answers 
 
 def estimated_errors_of_exact(exact: Elastodynamic) -> dict[str, float]:
     """Estimate the relative errors of an exact answer from its own convergence, without another answer."""
-    discretized = (exact.time_error + exact.reduction_error) / THEORY.bound_over_error
+    discretized = exact.discretization_error / THEORY.bound_over_error
     return {TIME: discretized, LARGE: THEORY.error_over_change * large_displacement_error(exact)}
 
 

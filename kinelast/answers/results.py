@@ -314,13 +314,13 @@ def answered(plain: Results, theory: Theory, judged: bool, progress: Progress = 
         return replace(plain, run=run.with_averages(whole.cycle))
     from kinelast.answers.theory import answer, answer_at
 
-    best = answer(whole.cycle, theory, plain.period, theory.plain, progress)
+    best = answer(whole.cycle, theory, plain.period, progress)
     if not (theory.plain or plain.left_out) and len(best.missed_peaks):
         whole, first = _with_instants(whole, best.missed_peaks, scene.course.at), best
         if first.vibrating:
             best = answer_at(first, whole.cycle, theory)
         if not first.vibrating or (theory.name is None and first.enough and not best.enough):
-            best = answer(whole.cycle, theory, plain.period, progress=progress, known=first.vibrating)
+            best = answer(whole.cycle, theory, plain.period, progress, first.vibrating)
     # the stages and the coarser solution need more memory than all other results
     best = replace(best, stages={}, vibrating=best.vibrating and replace(best.vibrating, coarser=None))
     if whole is plain:

@@ -30,8 +30,8 @@ from elastic.elastodynamics import (
     worth_halving,
 )
 from kinelast.answers.answer import NEGLIGIBLE_GAIN, Answer
-from kinelast.answers.answers import Answers
 from kinelast.answers.bounds import accepted_bound, bound_of_vibration, damping_of, largest_rotation
+from kinelast.answers.builder import AnswerBuilder
 from kinelast.answers.exact_errors import (
     errors_by_coarser,
     errors_by_more_steps,
@@ -60,12 +60,7 @@ UNSTABLE = "there is no steady state, because the vibration of the links grows"
 
 @one_thread()
 def answer(
-    quasi_static: Cycle,
-    theory: Theory,
-    period: float,
-    quasi_static_only: bool = False,
-    progress: Progress = SILENT,
-    known: Elastodynamic | None = None,
+    quasi_static: Cycle, theory: Theory, period: float, progress: Progress = SILENT, known: Elastodynamic | None = None
 ) -> Answer:
     """Return the deflection by the requested theory of motion, with errors.
 
@@ -78,8 +73,6 @@ def answer(
     period
         Duration of the cycle [s], or nan if there is no cycle. Without a cycle, vibration is not periodic but begins at
         the start of the run.
-    quasi_static_only
-        Whether to return the quasi-static answer even if its error is large.
     progress
         Function that is called at each stage of the computation.
     known
@@ -94,7 +87,7 @@ def answer(
     """
     wanted = theory.wanted
     scene, plain = quasi_static.scene, quasi_static.deflection
-    answers, named = _Theories(quasi_static, theory, progress), theory.name is not None and not quasi_static_only
+    answers, named = _Theories(quasi_static, theory, progress), theory.name is not None and not theory.plain
     if not scene.labels:
         return answers.rigid()
     rests = not named and _rests(plain)
@@ -112,7 +105,7 @@ def answer(
             linear = moved_to(known, plain)
         else:
             linear = _vibrating(scene, plain, announced, cycle, tolerance)
-        if not named and linear.stable and linear.time_error + linear.reduction_error > max(wanted, ACCURACY):
+        if not named and linear.stable and linear.discretization_error > max(wanted, ACCURACY):
             reason = STICKING if has_dry_friction(scene.mechanism) else "it needs too many time elements or coordinates"
             raise SceneError(scene.path, "run", "theory", f"vibration cannot be solved: {reason}")
     except SceneError as error:
@@ -123,11 +116,7 @@ def answer(
         return answers.at_rest()
     tried: list[Answer] = []
     for candidate in answers.candidates(linear, tolerance, aim):
-        if (
-            quasi_static_only
-            or (not named and (candidate.enough or not linear.stable))
-            or candidate.theory == theory.name
-        ):
+        if candidate.theory == theory.name or (not named and (candidate.enough or not linear.stable)):
             return candidate
         tried.append(candidate)
     return answers.best(tried)
@@ -136,10 +125,10 @@ def answer(
 @one_thread()
 def answer_at(known: Answer, quasi_static: Cycle, theory: Theory) -> Answer:
     """Return a known answer at other positions of the run, namely the positions of `quasi_static`."""
-    return Answers(quasi_static, theory).at_positions(known)
+    return AnswerBuilder(quasi_static, theory).at_positions(known)
 
 
-class _Theories(Answers, frozen=True, eq=False, dict=True):
+class _Theories(AnswerBuilder, frozen=True, eq=False, dict=True):
     """The theories of motion for a scene, from the cheapest to the most accurate, with their answers."""
 
     progress: Progress = SILENT
@@ -185,7 +174,7 @@ class _Theories(Answers, frozen=True, eq=False, dict=True):
             advice = '"--theory elastodynamic" or a larger --accuracy is faster'
             self.progress.tell(f"{self.scene.name}: large displacement may take up to {lasting(expected)}; {advice}")
 
-    def candidates(self, linear: Elastodynamic, tolerance: float, wanted: float) -> Iterator[Answer]:
+    def candidates(self, linear: Elastodynamic, tolerance: float, aim: float) -> Iterator[Answer]:
         """Yield the answers of all theories, from the cheapest theory to the most accurate.
 
         The errors in an answer are measured only if a bound on them exceeds a fraction of the accuracy (see
@@ -201,43 +190,44 @@ class _Theories(Answers, frozen=True, eq=False, dict=True):
             The geometrically exact theory is requested by name but cannot solve the scene, e.g. one with a wheel on a
             rack.
         """
-        settled = {TIME: (linear.time_error + linear.reduction_error) / THEORY.bound_over_error}
+        settled = {TIME: linear.discretization_error / THEORY.bound_over_error}
         if not linear.stable:
             for name in (QUASI_STATIC, ELASTODYNAMIC, GEOMETRICALLY_EXACT):
-                yield self.answer(name, linear, {}, settled, UNSTABLE)
+                yield self.built(name, linear, {}, settled, UNSTABLE)
             return
         shared: Vibration | None = None
         stages: dict[str, Elastodynamic] = {}
         shares = settled
-        if self._worth_measuring(linear, wanted, THEORY.negligible_bound):
+        if self._worth_measuring(linear, aim, THEORY.negligible_bound):
             self._report(1, "error in time and coordinates")
             shared = finer_vibration(linear)
             stages, shares = {TIME: finer_solution(linear, shared, tolerance)[0]}, {}
         began = time.perf_counter()
-        finest, displaced, open_by = self._large_displacement(linear, shared, wanted)
+        finest, displaced, open_by = self._large_displacement(linear, shared, aim)
         first_steps = time.perf_counter() - began
         stages, shares = {**stages, **displaced}, {**shares, **open_by}
         asked = self.theory.name
-        if asked == QUASI_STATIC or (asked is None and not self._far(linear, wanted)):
-            yield self.answer(QUASI_STATIC, linear, {VIBRATION: linear, **stages}, shares)
+        if asked == QUASI_STATIC or (asked is None and not self._far(linear, aim)):
+            yield self.built(QUASI_STATIC, linear, {VIBRATION: linear, **stages}, shares)
         if asked != GEOMETRICALLY_EXACT:
-            by_vibration = self.answer(ELASTODYNAMIC, linear, stages, shares)
+            by_vibration = self.built(ELASTODYNAMIC, linear, stages, shares)
             yield by_vibration
             if asked is None and by_vibration.enough_if_resolved:
                 resolved = self._resolved(linear, stages.get(TIME), tolerance)
                 if resolved:
-                    yield from self.candidates(resolved, tolerance, wanted)
+                    yield from self.candidates(resolved, tolerance, aim)
                     return
+        # if the first steps used the finer discretization, they are done again with that of the linear answer
         stepped = finest if shared is None or not displaced else with_large_displacement(linear)[0]
-        almost_exact = stepped.exact is not None and stepped.exact.worst <= THEORY.max_last_change * wanted
+        almost_exact = stepped.exact is not None and stepped.exact.worst <= THEORY.max_last_change * aim
         if asked is None and almost_exact and not _rests(self.plain):
-            yield self._after_first_steps(stepped, tolerance, wanted, shared, finest)
+            yield self._after_first_steps(stepped, tolerance, aim, shared, finest)
         self._report(3, "geometrically exact")
         self._announce(first_steps)
         try:
             begun = None if has_dry_friction(self.scene.mechanism) else stepped.exact
             if asked is None and not has_dry_friction(self.scene.mechanism):
-                tolerance = max(THEORY.exact_tolerance_ratio * wanted, THEORY.min_tolerance)
+                tolerance = max(THEORY.exact_tolerance_ratio * aim, THEORY.min_tolerance)
                 linear = linear.resolved_to(tolerance)
             exact = geometrically_exact(linear, tolerance, begun)
         except MechanismError as error:
@@ -245,23 +235,24 @@ class _Theories(Answers, frozen=True, eq=False, dict=True):
                 problem = f"large displacement cannot be solved: {error}"
                 raise SceneError(self.scene.path, "run", "theory", problem) from None
             return
-        known = (shared, finest) if exact.vibration is linear.vibration else (None, None)
-        yield self.answer(GEOMETRICALLY_EXACT, exact, *self._errors_of_exact(exact, tolerance, wanted, *known))
+        same_discretization = exact.vibration is linear.vibration
+        known = (shared, finest) if same_discretization else (None, None)
+        yield self.built(GEOMETRICALLY_EXACT, exact, *self._errors_of_exact(exact, tolerance, aim, *known))
 
     def _after_first_steps(
-        self, stepped: Elastodynamic, tolerance: float, wanted: float, finer: Vibration | None, finest: Elastodynamic
+        self, stepped: Elastodynamic, tolerance: float, aim: float, finer: Vibration | None, finest: Elastodynamic
     ) -> Answer:
         """Return the answer after the first steps to the geometrically exact answer.
 
         `stepped` uses the discretization of the linear answer, and `finest` that of `finer`.
         """
         negligible = THEORY.negligible_bound_of_steps
-        measured, left = self._errors_of_exact(stepped, tolerance, wanted, finer, finest, negligible)
+        measured, left = self._errors_of_exact(stepped, tolerance, aim, finer, finest, negligible)
         if LARGE in left:
             left = {**left, LARGE: THEORY.forces_later * left[LARGE]}
-            if not measured and left[LARGE] > self.accepted_bound(wanted):
+            if not measured and left[LARGE] > self.accepted_bound(aim):
                 measured, left = errors_by_more_steps(stepped, left)
-        return self.answer(GEOMETRICALLY_EXACT, stepped, measured, left)
+        return self.built(GEOMETRICALLY_EXACT, stepped, measured, left)
 
     def _resolved(self, linear: Elastodynamic, finer: Elastodynamic | None, tolerance: float) -> Elastodynamic | None:
         """Return the vibration in a finer discretization, or None if this would take long.
@@ -283,13 +274,13 @@ class _Theories(Answers, frozen=True, eq=False, dict=True):
             return self.unknown(f"large displacement cannot be solved: {STICKING}")
         return best
 
-    def _far(self, linear: Elastodynamic, wanted: float) -> bool:
+    def _far(self, linear: Elastodynamic, aim: float) -> bool:
         """Return whether vibration changes the largest deflection too much for the quasi-static answer."""
         plain, vibrating = self.cycle(self.plain), self.cycle(linear.deflection)
         headline = [figure for figure in self.figures if figure.key == HEADLINE[0]]
         here, there = (magnitudes(each, headline)[HEADLINE[0]].max(initial=0.0) for each in (plain, vibrating))
         stretch = vibrating.along("u").value.max(initial=0.0)
-        return bool(abs(there - here) > THEORY.max_neglected_change * wanted * max(there, stretch))
+        return bool(abs(there - here) > THEORY.max_neglected_change * aim * max(there, stretch))
 
     def without_vibration(self, period: float, wanted: float) -> Answer | None:
         """Return the quasi-static answer if vibration need not or cannot be solved, otherwise None.
@@ -306,23 +297,23 @@ class _Theories(Answers, frozen=True, eq=False, dict=True):
         vibration = bound_of_vibration(self.quasi_static, period)
         if vibration + large > self.accepted_bound(wanted, THEORY.max_theory_bound):
             return None
-        return self.answer(QUASI_STATIC, None, {}, {VIBRATION: vibration, LARGE: large})
+        return self.built(QUASI_STATIC, None, {}, {VIBRATION: vibration, LARGE: large})
 
-    def accepted_bound(self, wanted: float, share: float = THEORY.max_discretization_bound) -> float:
+    def accepted_bound(self, aim: float, share: float = THEORY.max_discretization_bound) -> float:
         """Return the largest error bound that is accepted in place of an error, see `kinelast.answers.bounds`."""
-        bound = accepted_bound(wanted, bool(limits_of(self.scene)), share)
+        bound = accepted_bound(aim, bool(limits_of(self.scene)), share)
         return bound if self.theory.accuracy is None else min(bound, THEORY.max_requested_bound)
 
-    def _worth_measuring(self, answer: Elastodynamic, wanted: float, negligible: float) -> bool:
+    def _worth_measuring(self, answer: Elastodynamic, aim: float, negligible: float) -> bool:
         """Return whether the discretization error has to be measured by another discretization.
 
         It has not if its bound is below the accepted bound, or below `negligible`, relative to the accuracy.
         """
-        accepted = max(self.accepted_bound(wanted), negligible * wanted)
+        accepted = max(self.accepted_bound(aim), negligible * aim)
         return worth_halving(self.scene.mechanism, answer.elements, answer.coordinates, answer.bound, accepted)
 
     def _large_displacement(
-        self, linear: Elastodynamic, finer: Vibration | None, wanted: float
+        self, linear: Elastodynamic, finer: Vibration | None, aim: float
     ) -> tuple[Elastodynamic, dict[str, Elastodynamic], dict[str, float]]:
         """Measure the effect of large displacement by the first steps of the iteration to the exact answer.
 
@@ -331,7 +322,7 @@ class _Theories(Answers, frozen=True, eq=False, dict=True):
         steps use the discretization `finer` if there is one, because that of the linear answer may be too coarse.
         """
         large = self.bound_of_large(linear.deflection)
-        if self.theory.name is None and large <= self.accepted_bound(wanted, THEORY.max_theory_bound):
+        if self.theory.name is None and large <= self.accepted_bound(aim, THEORY.max_theory_bound):
             return linear, {}, {LARGE: large}
         self._report(2, "large displacement")
         try:
@@ -344,7 +335,7 @@ class _Theories(Answers, frozen=True, eq=False, dict=True):
         self,
         exact: Elastodynamic,
         tolerance: float,
-        wanted: float,
+        aim: float,
         finer: Vibration | None,
         begun: Elastodynamic | None = None,
         negligible: float = 0.0,
@@ -354,9 +345,9 @@ class _Theories(Answers, frozen=True, eq=False, dict=True):
         If a finer answer would take too long, or if the iteration of the exact answer did not converge, the coarser
         answer measures the errors. Without one, they are estimated.
         """
-        if exact.exact is None or not self._worth_measuring(exact, wanted, negligible):
+        if exact.exact is None or not self._worth_measuring(exact, aim, negligible):
             return {}, estimated_errors_of_exact(exact)
-        unconverged = exact.exact.worst > max(wanted, THEORY.max_unconverged)
+        unconverged = exact.exact.worst > max(aim, THEORY.max_unconverged)
         if unconverged or exact.elements * exact.coordinates**2 > THEORY.max_finer_work:
             return errors_by_coarser(exact)
         self._report(4, "error in time and coordinates")

@@ -41,7 +41,7 @@ def accuracy_findings(results: Results) -> Iterator[Finding]:
         text += f" {errors}"
     elif results.scene.labels:
         text += " Nothing bends."
-    reached = results.error <= answer.wanted and results.accurate is not False
+    reached = results.error <= answer.requested.wanted and results.accurate is not False
     yield Finding(GOOD if reached else CAUTION, HEADING, text, brief)
 
 
@@ -69,7 +69,11 @@ def _error_words(results: Results, answer: Answer, worst: MainFigure) -> tuple[s
     Also return the cause and the remedy in brief, if the requested accuracy is not reached.
     """
     name, item = _named(results, worst)
-    of, wanted, requested = f" of {item}" if item else "", answer.wanted, answer.accuracy is not None
+    of, wanted, requested = (
+        f" of {item}" if item else "",
+        answer.requested.wanted,
+        answer.requested.accuracy is not None,
+    )
     parts = {part: size / worst.base for part, size in worst.error.terms.items()}
     shares = [
         f"{part} {MINUS if share < 0.0 else ''}{error_percent(abs(share))}"

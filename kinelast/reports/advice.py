@@ -50,7 +50,7 @@ def nearer(results: Results, error: FigureError, value: float, share: float) -> 
     aim = (share - sum(shares.get(cause, 0.0) for cause in figure_error.NOT_OF_MOTION)) / 2
     if shares.get(figure_error.TIME):
         # this part is proportional to the tolerance of the solver, and so to the accuracy
-        now = THEORY.max_named_tolerance / THEORY.tolerance_ratio if theory.name else answer.wanted
+        now = THEORY.max_named_tolerance / THEORY.tolerance_ratio if theory.name else answer.requested.wanted
         aim = min(aim, now * aim / shares[figure_error.TIME])
     return f"mostly {largest}{_by_a_finer_theory(results, answer, aim)}"
 
@@ -70,7 +70,11 @@ def _by_a_finer_theory(results: Results, answer: Answer, aim: float) -> str:
     The advice suggests a smaller value of the option `accuracy` only if the main figures reach the present value.
     """
     reached = max((each.share_by_motion for each in results.main_figures), default=0.0)
-    if (answer.theory == GEOMETRICALLY_EXACT or answer.finer) and aim > 0.0 and max(aim, reached) <= answer.wanted:
+    if (
+        (answer.theory == GEOMETRICALLY_EXACT or answer.finer)
+        and aim > 0.0
+        and max(aim, reached) <= answer.requested.wanted
+    ):
         aim = max(aim, MIN_ACCURACY)
         return f': accuracy = "{percent(aim)}" would suffice'
     if not results.nonlinear and not nonlinear_refusal(results) and not _too_long(results):

@@ -187,7 +187,7 @@ def theory_report(results: Results) -> report.TheoryReport:
         **worst_figure(results),
         near_zero=small_figures(results),
         without_vibration=known(answer.missed),
-        accuracy=answer.accuracy,
+        accuracy=answer.requested.accuracy,
         expected=ACCURACY,
         reached=results.accurate,
         courses={name: known(share) for name, share in answer.courses.items()},

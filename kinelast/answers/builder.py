@@ -1,4 +1,4 @@
-"""Answers for a scene. An answer is a deflection by one theory of motion, with its errors."""
+"""Construction of answers for a scene. An answer is a deflection by one theory of motion, with its errors."""
 
 import dataclasses
 import math
@@ -29,8 +29,8 @@ from kinelast.values.figure import Figure
 LOAD_UNITS = {"m", "rad", "Pa", "N", "N m"}  # units of displacements, rotations, stresses, forces and moments
 
 
-class Answers(Struct, frozen=True, eq=False, dict=True):
-    """Answers for a scene, assembled from solutions with and without vibration.
+class AnswerBuilder(Struct, frozen=True, eq=False, dict=True):
+    """Builder of the answers for a scene, from solutions with and without vibration.
 
     Attributes
     ----------
@@ -60,11 +60,11 @@ class Answers(Struct, frozen=True, eq=False, dict=True):
 
     def rigid(self) -> Answer:
         """Return the answer for a scene in which all links are rigid."""
-        return self.answer(QUASI_STATIC, None, {}, {})
+        return self.built(QUASI_STATIC, None, {}, {})
 
     def unknown(self, why: str) -> Answer:
         """Return the quasi-static answer with an unknown error; `why` is the reason."""
-        return self.answer(QUASI_STATIC, None, {}, {}, why)
+        return self.built(QUASI_STATIC, None, {}, {}, why)
 
     def at_rest(self) -> Answer:
         """Return the quasi-static answer for a machine at rest if the geometrically exact theory cannot solve it.
@@ -74,7 +74,7 @@ class Answers(Struct, frozen=True, eq=False, dict=True):
         rotation = largest_rotation(self.cycle(self.plain))
         ratio = np.nanmax(euler_ratio(self.plain), initial=0.0)
         large = {LARGE: float(rotation**2 + ratio)}
-        return self.answer(QUASI_STATIC, None, {}, large)
+        return self.built(QUASI_STATIC, None, {}, large)
 
     def bound_of_large(self, bent: Deflection) -> float:
         """Return a bound on the effect of large displacement.
@@ -85,7 +85,7 @@ class Answers(Struct, frozen=True, eq=False, dict=True):
         per_rotation = THEORY.force_bound_per_rotation if requested else THEORY.bound_per_rotation
         return per_rotation * largest_rotation(self.cycle(bent))
 
-    def answer(
+    def built(
         self,
         name: str,
         vibrating: Elastodynamic | None,
@@ -93,7 +93,7 @@ class Answers(Struct, frozen=True, eq=False, dict=True):
         shares: Mapping[str, float],
         unknown: str = "",
     ) -> Answer:
-        """Assemble the answer by a theory.
+        """Return the answer by a theory.
 
         Parameters
         ----------
@@ -110,25 +110,25 @@ class Answers(Struct, frozen=True, eq=False, dict=True):
         """
         cycle = self.cycle(self.plain if name == QUASI_STATIC or vibrating is None else vibrating.deflection)
         corrected = {cause: self.cycle(stage.deflection) for cause, stage in stages.items()}
-        settled = vibrating.time_error + vibrating.reduction_error if vibrating else 0.0
+        settled = vibrating.discretization_error if vibrating else 0.0
         forces = settled + vibrating.force_error if vibrating and TIME in shares else 0.0
         bent = beyond_beam_theory(cycle.deflection) if self.scene.labels else cycle.deflection
-        bodies, closer = self.cycle(bent), self._between.of(cycle, None if name == QUASI_STATIC else vibrating)
+        closer = self._between.of(cycle, None if name == QUASI_STATIC else vibrating)
         rings = (
             closer is not None and VIBRATION in stages and vibrating is not None and self._between.may_peak(vibrating)
         )
         moving = self._between.of(cycle, vibrating) if rings else None
         inertia = None if name == QUASI_STATIC else self._inertia_beyond_beam_theory(vibrating)
-        off = Estimate(corrected, bodies, shares, unknown, settled, forces, closer, moving, inertia)
+        off = Estimate(corrected, self.cycle(bent), shares, unknown, settled, forces, closer, moving, inertia)
         main_figures = main_figures_of(self.scene, cycle, self.figures, off)
         missed = shares.get(VIBRATION, math.nan if vibrating is None else math.inf)
         if not unknown and VIBRATION not in shares:
             missed = self.change_by_vibration(
                 [cycle, *corrected.values()][-1] if name == QUASI_STATIC else cycle, main_figures
             )
-        finer, accuracy = LARGE in stages or VIBRATION in shares, self.theory.accuracy
+        finer = LARGE in stages or VIBRATION in shares
         return Answer(
-            name, cycle, self.plain, vibrating, stages, self.figures, off, main_figures, accuracy, missed, finer
+            name, self.theory, cycle, self.plain, vibrating, stages, self.figures, off, main_figures, missed, finer
         )
 
     def _inertia_beyond_beam_theory(self, vibrating: Elastodynamic | None) -> tuple[Cycle, Cycle] | None:
@@ -160,7 +160,7 @@ class Answers(Struct, frozen=True, eq=False, dict=True):
         shares = dict(known.off.shares)
         if LARGE in shares and vibrating and known.theory != GEOMETRICALLY_EXACT:
             shares[LARGE] = max(shares[LARGE], self.bound_of_large(vibrating.deflection))
-        return self.answer(known.theory, vibrating, stages, shares, known.unknown)
+        return self.built(known.theory, vibrating, stages, shares, known.unknown)
 
     def change_by_vibration(self, moving: Cycle, main_figures: Sequence[MainFigure]) -> float:
         """Return the largest relative change that vibration causes in a main figure.

@@ -1,9 +1,8 @@
-"""Error of the quasi-static solution due to vibration, and error of linear theory due to large displacement."""
+"""Error of a solution due to large displacement."""
 
 import math
 
 import numpy as np
-from msgspec import Struct
 
 from elastic.elastodynamics.reduced_vibration import Vibration
 from elastic.elastodynamics.second_order import second_order
@@ -14,42 +13,6 @@ from elastic.solution import Deflection
 from rigid import Reals
 
 STATIONS = 21
-MIN_DEFLECTION = 1e-6  # deflections below this are round-off, relative to the largest axial displacement of a beam end
-TINY = float(np.finfo(float).tiny)
-
-
-class TheoryError(Struct, frozen=True, eq=False):
-    """Errors in the chord deflection of beams.
-
-    They are relative to the largest chord deflection of the member, i.e. of the row of collinear beams to which a beam
-    belongs.
-
-    Attributes
-    ----------
-    history
-        Largest error of the quasi-static solution at any instant and station, shape (beams,).
-    peak
-        Error of the quasi-static solution in the largest value over all instants and stations, shape (beams,).
-    large_displacement
-        Error due to large displacement for the worst beam, see `large_displacement_error`.
-    """
-
-    history: Reals
-    peak: Reals
-    large_displacement: float
-
-
-def theory_error(answer: Elastodynamic) -> TheoryError:
-    """Return the error of the quasi-static solution, i.e. its difference from the elastodynamic solution."""
-    xi = np.linspace(0.0, 1.0, STATIONS)
-    plain, vibrating = (sample(bent, "chord", xi) for bent in (answer.quasi_static, answer.deflection))
-    members = members_of(answer.deflection.motion.mechanism)
-    vibrating_peak = members.greatest(np.abs(vibrating).max(axis=(1, 2)))
-    stretch = np.abs(sample(answer.deflection, "u", np.ones(1)))
-    greatest = np.maximum(reference_deflection(vibrating_peak), max(MIN_DEFLECTION * stretch.max(initial=0.0), TINY))
-    history = members.greatest(np.abs(vibrating - plain).max(axis=(1, 2))) / greatest
-    peak = np.abs(members.greatest(np.abs(plain).max(axis=(1, 2))) - vibrating_peak) / greatest
-    return TheoryError(history, peak, large_displacement_error(answer))
 
 
 def large_displacement_error(answer: Elastodynamic) -> float:
