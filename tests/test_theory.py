@@ -48,7 +48,7 @@ from kinelast.reports.sections import nonlinear_report
 from kinelast.reports.summary import exceedance_rows, theory_report
 from kinelast.reports.trust import findings
 from kinelast.runs import computed
-from kinelast.scene.data import ELASTODYNAMIC, GEOMETRICALLY_EXACT, QUASI_STATIC, scene_deflection
+from kinelast.scene.data import ELASTODYNAMIC, GEOMETRICALLY_EXACT, QUASI_STATIC, Theory, scene_deflection
 from kinelast.speed_study.speeds import speeds
 from kinelast.tasks.progress import Progress
 from kinelast.tasks.request import Request
@@ -244,7 +244,7 @@ def test_an_exact_answer_whose_iteration_stalled_also_has_the_last_change_of_its
 ):
     """The last change in the iteration of the answer is four times or twice its tolerance."""
     iterate = SimpleNamespace(worst=1.4e-2, convergence_error=last_change, finer_tolerance=lambda tolerance: tolerance)
-    exact = SimpleNamespace(time_error=0.0, reduction_error=0.0, exact=iterate)
+    exact = SimpleNamespace(discretization_error=0.0, exact=iterate)
     monkeypatch.setattr(exact_errors, "large_displacement_error", lambda _: last_change)
     monkeypatch.setattr(exact_errors, "finer_solution", lambda *_: ("finer answer", 5e-3))
     measured, shares = exact_errors.errors_of_exact(exact, 2.5e-3, "finer vibration")
@@ -256,7 +256,7 @@ def test_an_exact_answer_that_did_not_converge_needs_no_finer_answer(monkeypatch
     monkeypatch.setattr("kinelast.answers.theory.errors_of_exact", None)
     iterate = SimpleNamespace(worst=0.11)
     exact = SimpleNamespace(
-        time_error=0.01, reduction_error=0.03, exact=iterate, coarser=None, elements=4, coordinates=2
+        discretization_error=0.04, exact=iterate, coarser=None, elements=4, coordinates=2
     )
     monkeypatch.setattr(exact_errors, "large_displacement_error", lambda _: 0.11)
     theories = SimpleNamespace(_worth_measuring=lambda *_: True)
@@ -834,7 +834,7 @@ def test_large_displacement_of_a_well_resolved_vibration_needs_no_finer_vibratio
 def answer_with(parts, accuracy=None):
     """Return an answer with one main figure, which has a value of 1 and errors `parts` by cause."""
     figures = [MainFigure("deflection", 0, 1.0, 1.0, FigureError(parts))]
-    answer = Answer("", None, None, None, {}, [], Estimate({}, None, {}), figures, accuracy, 0.0, True)
+    answer = Answer("", Theory(accuracy=accuracy), None, None, None, {}, [], Estimate({}, None, {}), figures, 0.0, True)
     vars(answer)["courses"] = {}
     return answer
 
