@@ -86,8 +86,13 @@ class Vibration(Struct, frozen=True, eq=False, dict=True):
 
     @cached_property
     def multipliers(self) -> Complexes:
-        """Floquet multipliers (factors by which free vibrations grow per cycle); empty for a transient."""
-        return self.propagation.multipliers if self.cyclic else np.zeros(0, complex)
+        """Factors by which free vibrations grow over the grid: the Floquet multipliers of a cycle, or those of a run."""
+        return self.propagation.multipliers
+
+    @property
+    def stable(self) -> bool:
+        """Whether no free vibration grows, see `VibrationSettings.stable`."""
+        return bool(VIBRATION.stable(np.abs(self.multipliers).max(initial=0.0), self.cyclic))
 
     def response_to(self, load: Reals, often: bool = False) -> tuple[Reals, Reals, Reals]:
         """Return the history (x, x', x'') of the coordinates under another load alone, shape (points, r).

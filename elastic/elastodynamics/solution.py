@@ -59,8 +59,8 @@ class Elastodynamic(Struct, frozen=True, eq=False, dict=True):
     lowest
         Lowest natural frequency over the cycle with locked drives [rad/s]; inf if no link vibrates.
     multipliers
-        Floquet multipliers, i.e. factors by which free vibrations grow per cycle, complex, shape (2 coordinates,);
-        empty for a transient.
+        Floquet multipliers, i.e. factors by which free vibrations grow in a cycle or, without a cycle, in the run,
+        complex, shape (2 coordinates,); empty if no link vibrates.
     coordinates, elements
         Number of reduced coordinates, and number of time elements.
     time_error
@@ -135,13 +135,16 @@ class Elastodynamic(Struct, frozen=True, eq=False, dict=True):
 
     @property
     def growth(self) -> float:
-        """Factor by which the least stable free vibration grows per cycle; all vibrations decay if it is below 1."""
+        """Factor by which the least stable free vibration grows in a cycle or in a run without cycle.
+
+        All vibrations decay if it is below 1.
+        """
         return float(np.abs(self.multipliers).max(initial=0.0))
 
     @property
     def stable(self) -> bool:
-        """True if no free vibration grows (except due to round-off), so that there is a steady state."""
-        return bool(VIBRATION.stable(self.growth))
+        """Whether free vibrations do not grow in a cycle, or grow little in a run without cycle."""
+        return bool(VIBRATION.stable(self.growth, self.vibration is None or self.vibration.cyclic))
 
 
 def elastodynamic(
@@ -219,10 +222,9 @@ def refined_solution(
         error = reduced + grid_error
         if best is None or error < best[0]:  # if loads jump, more coordinates may increase the error
             best = error, solved, reduced, grid, grid_error, discretization
-        unstable = not VIBRATION.stable(np.abs(solved.multipliers).max(initial=0.0))
         finer = (
             None
-            if reduced <= tolerance or unstable or grid_error > discretization.time_tolerance
+            if reduced <= tolerance or not solved.stable or grid_error > discretization.time_tolerance
             else discretization.finer(reduced, VIBRATION.max_entries // array_size_per_amplitude(discretization, grid))
         )
         if finer is None or array_size(finer, grid) > VIBRATION.max_entries:

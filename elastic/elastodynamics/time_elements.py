@@ -77,10 +77,12 @@ class Propagation(Struct, frozen=True, eq=False, dict=True):
         """Floquet multipliers (factors by which free vibrations grow over the grid), complex, shape (2 r,).
 
         They are set to infinity if a vibration grows so fast that an element does not resolve it, see
-        `growth_unresolved`.
+        `growth_unresolved`, or that numbers overflow.
         """
-        found = np.linalg.eigvals(self.monodromy[0])
-        return np.full_like(found, np.inf) if growth_unresolved(self.grid.steps, self.equations).any() else found
+        matrix = self.monodromy[0]
+        if not np.isfinite(matrix).all() or growth_unresolved(self.grid.steps, self.equations).any():
+            return np.full(len(matrix), np.inf, complex)
+        return np.linalg.eigvals(matrix)
 
     @cached_property
     def inverse(self) -> Reals | None:

@@ -45,6 +45,9 @@ class VibrationSettings(Struct, frozen=True):
     time_error_ratio: float = 4.0  # safety factor: the time error is this factor times its estimate by `Grid.tail`
     # a smaller growth of free vibrations per cycle is due to round-off and discretization
     max_neutral_growth: float = 1e-6
+    # growth of free vibrations over a run without cycle, above which the run is unstable. A smaller growth may be due to
+    # the changing posture, and has a small effect.
+    max_run_growth: float = 1e3
 
     # corrections of the coordinates
     max_corrections: int = 8  # maximum number of corrections
@@ -81,9 +84,9 @@ class VibrationSettings(Struct, frozen=True):
     # length of the longest beam
     min_axial_reference: float = 0.01
 
-    def stable(self, growth: Any) -> Any:
-        """Return whether no free vibration grows, except due to round-off. `growth` is the largest growth per cycle."""
-        return growth <= 1 + self.max_neutral_growth
+    def stable(self, growth: Any, cyclic: bool = True) -> Any:
+        """Return whether free vibrations do not grow in a cycle or, if `cyclic` is false, grow little in a run."""
+        return growth <= (1 + self.max_neutral_growth if cyclic else self.max_run_growth)
 
 
 VIBRATION = VibrationSettings()

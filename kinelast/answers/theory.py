@@ -90,7 +90,7 @@ def answer(
     answers, named = _Theories(quasi_static, theory, progress), theory.name is not None and not theory.plain
     if not scene.labels:
         return answers.rigid()
-    rests = not named and _rests(plain)
+    rests = _rests(plain)
     if not named and not rests and (early := answers.without_vibration(period, wanted)):
         return early
     aim, tolerance = answers.aim_and_tolerance(named)
