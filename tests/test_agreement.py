@@ -430,7 +430,8 @@ def test_all_limits_of_unknown_figures_are_reported_at_once():
     ("limit", "words"),
     [
         ('deflection = {most = "1 mm", least = "2 mm"}', "no value meets both limits: least is above most"),
-        ('"joint_force.B" = "-1 kN"', "never negative, got '-1 kN'"),
+        ('"joint_force.B" = "-1 kN"', "the limit is negative, but the figure is the largest magnitude"),
+        ('drive_effort = {least = "-5 N m"}', "the limit is negative, but the figure is the largest magnitude"),
         ("safety = 2", "write { least = 2 } for a lower limit, or { most = 2 } for an upper limit"),
         ('frequency = "9 rpm"', 'write { least = "9 rpm" }'),
     ],

@@ -72,8 +72,8 @@ class FigureBound(Struct, frozen=True):
             bound = f'"{self.given}"' if isinstance(self.given, str) else f"{self.given:g}"
             lower, upper = f"{{ least = {bound} }} for a lower limit", f"{{ most = {bound} }} for an upper limit"
             raise self._fault(f"the figure is a smallest value: write {lower}, or {upper}")
-        if over == LARGEST and given.most is not None and limits[0][0] < 0.0:
-            raise self._fault(f"the figure is a magnitude and never negative, got {given.most!r} as its upper limit")
+        if over == LARGEST and min(value for value, _ in limits) < 0.0:
+            raise self._fault("the limit is negative, but the figure is the largest magnitude of the cycle, without sign")
         if len(limits) > 1 and limits[0][0] < limits[1][0]:
             raise self._fault("no value meets both limits: least is above most")
         return limits
