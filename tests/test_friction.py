@@ -13,8 +13,11 @@ from second_routes import multiplier_forces, virtual_work_efforts
 
 from elastic import Section, deflection
 from fem_check import compare, solve
+from kinelast.reports.summary import summary
+from kinelast.runs import computed
 from kinelast.scene.data import scene_motion
 from kinelast.scene.document import scene_from_text
+from kinelast.tasks.request import Request
 from kinelast.values.error import SceneError
 from rigid import (
     Beam,
@@ -395,3 +398,51 @@ class TestErrors:
     def test_invalid_friction_is_an_error(self, wrong):
         with pytest.raises(MechanismError, match=wrong[1]):
             replace(four_bar().mechanism, friction=wrong[0])
+
+
+LOCKING = """
+[points]
+O = [0, 0]
+A = [0.05, 0]
+B = [0.12, 0]
+[links.ground]
+points = ["O"]
+[links.crank]
+points = ["O", "A"]
+rigid = true
+mass = 1
+center = "O"
+[links.rod]
+points = ["A", "B"]
+rigid = true
+mass = 0
+center = "A"
+[links.piston]
+points = ["B"]
+mass = 1
+[sliders.guide]
+link = "piston"
+through = "B"
+direction = [1, 0]
+[joints.guide]
+friction = 1.0
+[[loads]]
+link = "piston"
+point = "B"
+force = [-100, 0]
+[[drives]]
+link = "crank"
+speed = 6
+[run]
+positions = 72
+"""
+
+
+@pytest.mark.parametrize("limit", ['drive_effort = "20 kN m"', 'transmission_angle = { least = "1 deg" }'])
+def test_forces_of_a_machine_that_may_lock_have_an_unknown_error(limit):
+    """The effort grows without bound towards tan(angle of the rod) = 1 / friction; here 9.6 kN m at a position."""
+    reported = summary(computed(scene_from_text(f"{LOCKING}[limits.figures]\n{limit}"), Request()))
+    assert reported["acceptance"]["verdict"] == "cannot be judged"
+    errors = {name: reported["figures"][name]["error"] for name in ("drive_effort", "transmission_angle")}
+    assert errors["drive_effort"] is None
+    assert errors["transmission_angle"] < 1e-3

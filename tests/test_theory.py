@@ -255,9 +255,7 @@ def test_an_exact_answer_whose_iteration_stalled_also_has_the_last_change_of_its
 def test_an_exact_answer_that_did_not_converge_needs_no_finer_answer(monkeypatch):
     monkeypatch.setattr("kinelast.answers.theory.errors_of_exact", None)
     iterate = SimpleNamespace(worst=0.11)
-    exact = SimpleNamespace(
-        discretization_error=0.04, exact=iterate, coarser=None, elements=4, coordinates=2
-    )
+    exact = SimpleNamespace(discretization_error=0.04, exact=iterate, coarser=None, elements=4, coordinates=2)
     monkeypatch.setattr(exact_errors, "large_displacement_error", lambda _: 0.11)
     theories = SimpleNamespace(_worth_measuring=lambda *_: True)
     assert _Theories._errors_of_exact(theories, exact, 0.001, 0.05, None) == ({}, {TIME: 0.01, LARGE: 0.22})

@@ -86,7 +86,7 @@ class Vibration(Struct, frozen=True, eq=False, dict=True):
 
     @cached_property
     def multipliers(self) -> Complexes:
-        """Factors by which free vibrations grow over the grid: the Floquet multipliers of a cycle, or those of a run."""
+        """Factors by which free vibrations grow in the cycle (Floquet multipliers) or in the run."""
         return self.propagation.multipliers
 
     @property

@@ -45,8 +45,8 @@ class VibrationSettings(Struct, frozen=True):
     time_error_ratio: float = 4.0  # safety factor: the time error is this factor times its estimate by `Grid.tail`
     # a smaller growth of free vibrations per cycle is due to round-off and discretization
     max_neutral_growth: float = 1e-6
-    # growth of free vibrations over a run without cycle, above which the run is unstable. A smaller growth may be due to
-    # the changing posture, and has a small effect.
+    # growth of free vibrations above which a run without cycle is unstable; a smaller growth may be due to the changing
+    # posture, and has a small effect
     max_run_growth: float = 1e3
 
     # corrections of the coordinates

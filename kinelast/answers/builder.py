@@ -25,6 +25,7 @@ from kinelast.figures.output import output_of
 from kinelast.figures.registry import figures_of
 from kinelast.scene.data import GEOMETRICALLY_EXACT, QUASI_STATIC, Scene, Theory
 from kinelast.values.figure import Figure
+from rigid import counted
 
 LOAD_UNITS = {"m", "rad", "Pa", "N", "N m"}  # units of displacements, rotations, stresses, forces and moments
 
@@ -106,8 +107,11 @@ class AnswerBuilder(Struct, frozen=True, eq=False, dict=True):
         shares
             Errors by cause, relative to the largest displacement.
         unknown
-            Reason why the errors are unknown; empty if they are known.
+            Reason why the errors are unknown; empty if they are known. If friction may lock the mechanism, this is the
+            reason, because forces are unbounded between a locked position and the next one.
         """
+        if locked := int(np.count_nonzero(self.plain.forces.locked)):
+            unknown = f"friction may lock the mechanism at {counted(locked, 'position')}"
         cycle = self.cycle(self.plain if name == QUASI_STATIC or vibrating is None else vibrating.deflection)
         corrected = {cause: self.cycle(stage.deflection) for cause, stage in stages.items()}
         settled = vibrating.discretization_error if vibrating else 0.0

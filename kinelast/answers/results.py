@@ -159,9 +159,9 @@ class Results(Struct, frozen=True, eq=False, dict=True, weakref=True):
 
     @property
     def error_unknown(self) -> str:
-        """The reason why the errors in the figures are unknown; empty if they are known or all links are rigid."""
+        """The reason why the errors in the figures are unknown; empty if they are known."""
         if not self.scene.labels:
-            return ""
+            return self.answer.unknown if self.answer else ""
         if self.buckles:
             return self.buckles
         return ASKED_FOR if self.answer is None else self.instability or self.answer.unknown

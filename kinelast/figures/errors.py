@@ -93,7 +93,7 @@ class Estimate(Struct, frozen=True, eq=False):
 
 
 def figure_errors(
-    answer: Cycle, figures: Sequence[Figure], off: Estimate, keys: Collection[str] | None = None
+    answer: Cycle, figures: Sequence[Figure], estimate: Estimate, keys: Collection[str] | None = None
 ) -> dict[str, list[FigureError]]:
     """Return the errors in the figures of an answer by figure key: for each figure, a list with one error per item.
 
@@ -107,9 +107,12 @@ def figure_errors(
     values = magnitudes(answer, [figure for figure in figures if not figure.rigid and figure.follows is None])
     scales = scales_of(answer.scene, {figure.key: figure for figure in figures}, values)
     figures = [figure for figure in figures if keys is None or figure.key in keys]
-    moving = [figure for figure in figures if figure.exact or figure.of_motion(answer.scene)]
-    (off.closer or answer).search(moving)
-    errors = {figure.key: motion_errors(answer, figure, off.closer) for figure in moving}
+    of_motion = [figure for figure in figures if figure.exact or figure.of_motion(answer.scene)]
+    (estimate.closer or answer).search(of_motion)
+    errors = {
+        figure.key: motion_errors(answer, figure, estimate.closer, "" if figure.rigid else estimate.unknown)
+        for figure in of_motion
+    }
     others = [figure for figure in figures if figure.key not in errors]
     values |= magnitudes(answer, others)
     limited = limited_figures(answer.scene, others)
@@ -119,22 +122,26 @@ def figure_errors(
         else each
         for each in others
     ]
-    stages = {name: _changed(cycle, corrected, answer, values) for name, cycle in off.stages.items()}
+    stages = {name: _changed(cycle, corrected, answer, values) for name, cycle in estimate.stages.items()}
     bent = (
-        others if _forces_differ(answer, off.beam_theory) else [each for each in others if not _of_forces(answer, each)]
+        others
+        if _forces_differ(answer, estimate.beam_theory)
+        else [each for each in others if not _of_forces(answer, each)]
     )
-    bodies = values if off.beam_theory is answer else values | _changed(off.beam_theory, bent, answer, values)
-    inertia = [_changed(cycle, others, answer, values) for cycle in off.inertia or ()]
+    beyond_beams = (
+        values if estimate.beam_theory is answer else values | _changed(estimate.beam_theory, bent, answer, values)
+    )
+    inertia = [_changed(cycle, others, answer, values) for cycle in estimate.inertia or ()]
     closer, vibrating = (
         values if each in (None, answer) else _changed(each, others, answer, values)
-        for each in (off.closer, off.moving)
+        for each in (estimate.closer, estimate.moving)
     )
-    if off.moving is not None:
+    if estimate.moving is not None:
         before = stages[VIBRATION]
         closer = {
             key: _larger_change(key, *(each[key] for each in (closer, values, vibrating, before))) for key in before
         }
-    return none | errors | _of_items(answer, others, values, stages, bodies, inertia, closer, off, scales)
+    return none | errors | _of_items(answer, others, values, stages, beyond_beams, inertia, closer, estimate, scales)
 
 
 def _forces_differ(answer: Cycle, other: Cycle) -> bool:
@@ -180,20 +187,21 @@ def _changed(cycle: Cycle, figures: Sequence[Figure], answer: Cycle, values: Map
     return sizes
 
 
-def motion_errors(answer: Cycle, figure: Figure, closer: Cycle | None) -> list[FigureError]:
-    """Return the errors in all items of a figure of the rigid motion.
+def motion_errors(answer: Cycle, figure: Figure, closer: Cycle | None, unknown: str = "") -> list[FigureError]:
+    """Return the errors in all items of a figure that follows from the rigid motion alone.
 
     Their causes are the distance between positions, and round-off. For a largest or smallest value, the error is the
     distance between this value and the vertex of the parabola through it and its neighbours. For averages and totals,
     the error is the change from all instants to every second one, plus a quarter of the change from every second
-    instant to every fourth. The second term is included because the first may be small by chance.
+    instant to every fourth. The second term is included because the first may be small by chance. `unknown` is the
+    reason why the errors are unknown; empty if they are known.
     """
     cycle = closer or answer
     peak = cycle.of(figure)
     if figure.exact:
         return [FigureError() for _ in peak.value]
-    if closer is None:
-        return [FigureError({}, ONE_POSITION) for _ in peak.value]
+    if unknown or closer is None:
+        return [FigureError({}, unknown or ONE_POSITION) for _ in peak.value]
     searched = figure.over in SEARCHED and not figure.whole
     off = peak.gain
     if not searched:
@@ -213,10 +221,10 @@ def _of_items(
     figures: Sequence[Figure],
     values: Mapping[str, Any],
     stages: Mapping[str, Mapping[str, Any]],
-    bodies: Mapping[str, Any],
+    beyond_beams: Mapping[str, Any],
     inertia: Sequence[Mapping[str, Any]],
     closer: Mapping[str, Any],
-    off: Estimate,
+    estimate: Estimate,
     scales: Mapping[str, float],
 ) -> dict[str, list[FigureError]]:
     """Return the errors in all items of figures by key.
@@ -226,16 +234,19 @@ def _of_items(
     if not figures:
         return {}
     counts = [len(values[figure.key]) for figure in figures]
-    each = partial(_per_item, counts)
+    per_item = partial(_per_item, counts)
 
     def joined(sizes: Mapping[str, Any]) -> Reals:
         return np.concatenate([sizes[figure.key] for figure in figures])
 
     here = joined(values)
-    power, reciprocal = each(figure.power for figure in figures), each(figure.key in RECIPROCAL for figure in figures)
+    power, reciprocal = (
+        per_item(figure.power for figure in figures),
+        per_item(figure.key in RECIPROCAL for figure in figures),
+    )
     units = [unit for figure in figures for unit in figure.units(answer.scene)]
     scale = np.array([scales.get(unit, 0.0) for unit in units])
-    base, wide = _references(figures, values, counts, np.where(np.isfinite(here), here, 0.0), scale)
+    item_scale, figure_scale = _references(figures, values, counts, np.where(np.isfinite(here), here, 0.0), scale)
 
     def change(after: Any, before: Any) -> Reals:
         return np.where(reciprocal, _change_of_stress(after, before, here), _difference(after, before))
@@ -248,27 +259,30 @@ def _of_items(
     known: Any = sum((parts[name] for name in BY_MOTION if name in parts), start=np.zeros(len(here)))
     # the sign of a relative error is unknown; it gets the sign of the known parts, so that errors do not cancel
     away = np.where(known < 0.0, -1.0, 1.0)
-    for name, share in off.shares.items():
-        size = power * share * wide
+    for name, share in estimate.shares.items():
+        size = power * share * figure_scale
         size = np.maximum(np.abs(parts[name]), size) if name in stages else size
         parts[name] = away * size if name in BY_MOTION else size
-    if VIBRATION in off.shares:  # an average may be zero without vibration, but its error is not
-        least = np.square(power * off.shares[VIBRATION]) * scale
-        average = each(figure.over == AVERAGE for figure in figures)
+    if VIBRATION in estimate.shares:  # an average may be zero without vibration, but its error is not
+        least = np.square(power * estimate.shares[VIBRATION]) * scale
+        average = per_item(figure.over == AVERAGE for figure in figures)
         parts[VIBRATION] = np.where(average, np.maximum(parts[VIBRATION], least), parts[VIBRATION])
-    if TIME in off.shares:
+    if TIME in estimate.shares:
         moved = np.array([unit in DISPLACEMENTS for unit in units]) & (power != 0.0)
         pushed = np.array([unit in (*FORCE_UNITS, "Pa") for unit in units]) | (power > 1.0) | reciprocal
-        of_moved, of_forces = np.where(moved, off.shares[TIME] * scale, 0.0), np.where(pushed, off.forces * power, 0.0)
-        parts[TIME] = np.maximum.reduce([parts[TIME], of_moved, of_forces * wide])
-    if off.settled and any(figure.remains_of for figure in figures):
+        of_moved, of_forces = (
+            np.where(moved, estimate.shares[TIME] * scale, 0.0),
+            np.where(pushed, estimate.forces * power, 0.0),
+        )
+        parts[TIME] = np.maximum.reduce([parts[TIME], of_moved, of_forces * figure_scale])
+    if estimate.settled and any(figure.remains_of for figure in figures):
         whole = [
             np.max(answer.of(figure.remains_of).value, initial=0.0) if figure.remains_of else 0.0 for figure in figures
         ]
         time = parts.get(TIME, np.zeros(len(here)))
-        remaining = each(figure.remains_of is not None for figure in figures)
-        parts[TIME] = np.where(remaining, np.maximum(np.abs(time), off.settled * each(whole)), time)
-    parts[BEAM_THEORY] = np.abs(change(joined(bodies), here))
+        remaining = per_item(figure.remains_of is not None for figure in figures)
+        parts[TIME] = np.where(remaining, np.maximum(np.abs(time), estimate.settled * per_item(whole)), time)
+    parts[BEAM_THEORY] = np.abs(change(joined(beyond_beams), here))
     if inertia:
         without, with_it = map(joined, inertia)
         parts[FREQUENCIES] = np.abs(change(with_it, without))
@@ -278,9 +292,9 @@ def _of_items(
                   for figure, count in zip(figures, counts, strict=True)]  # fmt: skip
         parts[BETWEEN] = np.maximum(parts[BETWEEN], np.concatenate(beside))
     positions = [np.broadcast_to(answer.of(figure).position, len(values[figure.key])) for figure in figures]
-    parts[ROUND_OFF] = _round_off(answer, np.concatenate(positions), rigid=False) * base
+    parts[ROUND_OFF] = _round_off(answer, np.concatenate(positions), rigid=False) * item_scale
     rows = zip(*(part.tolist() for part in parts.values()), strict=True)
-    errors = (FigureError(dict(zip(parts, row, strict=True)), off.unknown) for row in rows)
+    errors = (FigureError(dict(zip(parts, row, strict=True)), estimate.unknown) for row in rows)
     return {figure.key: [*islice(errors, count)] for figure, count in zip(figures, counts, strict=True)}
 
 
@@ -309,19 +323,21 @@ def _references(
     item of the figure or, for points, to `scale`. For a safety factor, it is the factor times the ratio of the largest
     stress of all links to the stress of the link, so that the safety factor has the relative error of the stress.
     """
-    first, each = np.cumsum([0, *counts[:-1]]), partial(_per_item, counts)
+    first, per_item = np.cumsum([0, *counts[:-1]]), partial(_per_item, counts)
 
     def among_items(reduction: np.ufunc, numbers: Reals) -> Reals:
         return np.repeat(reduction.reduceat(numbers, first), counts)
 
     base = np.concatenate([reference_deflection(part) for part in np.split(np.abs(here), first[1:])])
-    wide = among_items(np.maximum, np.where(each(figure.of == POINT for figure in figures), scale, base))
-    wide = np.where(each(figure.over == LEAST for figure in figures), base, wide)  # safety factors etc. have no scale
+    wide = among_items(np.maximum, np.where(per_item(figure.of == POINT for figure in figures), scale, base))
+    wide = np.where(
+        per_item(figure.over == LEAST for figure in figures), base, wide
+    )  # safety factors etc. have no scale
     over_largest = here / among_items(np.minimum, np.where(here > 0.0, here, np.inf))
-    safety = each(figure.key == "safety" for figure in figures)
+    safety = per_item(figure.key == "safety" for figure in figures)
     if "stress" in values and safety.any():  # the strengths of links differ
         over_largest[safety] = _largest_over_each(values["stress"])
-    return base, np.where(each(figure.key in RECIPROCAL for figure in figures), here * over_largest, wide)
+    return base, np.where(per_item(figure.key in RECIPROCAL for figure in figures), here * over_largest, wide)
 
 
 def _per_item(counts: Sequence[int], numbers: Iterable[Any]) -> Any:

@@ -167,7 +167,7 @@ def _friction(results: Results) -> Iterator[Finding]:
     free = [name for name, own in results.mechanism.friction.items() if _unguided(results, name, own)]
     if free:
         text += f" The moment on {', '.join(free)} causes no friction, because length is not given."
-    yield Finding(CAUTION if locked else GOOD, heading, text)
+    yield Finding(POOR if locked else GOOD, heading, text)
 
 
 def _formulas(results: Results) -> Iterator[Finding]:

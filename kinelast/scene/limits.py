@@ -73,7 +73,7 @@ class FigureBound(Struct, frozen=True):
             lower, upper = f"{{ least = {bound} }} for a lower limit", f"{{ most = {bound} }} for an upper limit"
             raise self._fault(f"the figure is a smallest value: write {lower}, or {upper}")
         if over == LARGEST and min(value for value, _ in limits) < 0.0:
-            raise self._fault("the limit is negative, but the figure is the largest magnitude of the cycle, without sign")
+            raise self._fault("the limit is negative, but the figure is the largest magnitude, without sign")
         if len(limits) > 1 and limits[0][0] < limits[1][0]:
             raise self._fault("no value meets both limits: least is above most")
         return limits
