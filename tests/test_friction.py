@@ -13,10 +13,12 @@ from second_routes import multiplier_forces, virtual_work_efforts
 
 from elastic import Section, deflection
 from fem_check import compare, solve
+from kinelast.designs import evaluate
 from kinelast.reports.summary import summary
 from kinelast.runs import computed
 from kinelast.scene.data import scene_motion
 from kinelast.scene.document import scene_from_text
+from kinelast.scene.parsing import parse_toml
 from kinelast.tasks.request import Request
 from kinelast.values.error import SceneError
 from rigid import (
@@ -446,3 +448,9 @@ def test_forces_of_a_machine_that_may_lock_have_an_unknown_error(limit):
     errors = {name: reported["figures"][name]["error"] for name in ("drive_effort", "transmission_angle")}
     assert errors["drive_effort"] is None
     assert errors["transmission_angle"] < 1e-3
+
+
+def test_a_design_that_friction_may_lock_has_no_figures():
+    found = evaluate(parse_toml(LOCKING), ["joints.guide.friction"], [[0.5], [1.0]], ["drive_effort", "mass"])
+    assert list(found.reason) == ["", "friction may lock 6 positions"]
+    assert np.isnan(found.columns["drive_effort"]).tolist() == [False, True]

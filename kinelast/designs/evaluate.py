@@ -20,7 +20,7 @@ from kinelast.scene.document import Document, Tables, document_of
 from kinelast.tasks.progress import SILENT, Progress
 from kinelast.values.error import SceneError
 from kinelast.values.figure import Figure
-from rigid import MechanismError, Reals, TableError, posture
+from rigid import MechanismError, Reals, TableError, counted, posture
 from rigid.arrays import Integers
 from rigid.chunks import columns_of
 from rigid.positions import select_designs
@@ -270,6 +270,11 @@ def _reasons(cycle: Cycle) -> Words:
         number, beam = motion.mechanism.beams[block.beam]
         link = motion.mechanism.links[number].name
         reason[off & (reason == "")] = f'a block on "{link}" leaves the beam "{beam.start}"-"{beam.end}"'
+    if bent is not None:
+        locked = np.broadcast_to(bent.forces.locked, cycle.columns).sum(axis=-1)
+        for at in np.ndindex(known) if locked.any() else ():
+            if locked[at] and not reason[at]:
+                reason[at] = f"friction may lock {counted(int(locked[at]), 'position')}"
     lost = np.broadcast_to(cycle.motion.singular, cycle.columns) if bent is None else bent.lost
     reason[(reason == "") & lost.all(axis=-1)] = "singular at every position"
     return reason

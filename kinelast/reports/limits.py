@@ -106,14 +106,15 @@ def decisive(scene: Scene, limit: Limit, figures: Mapping[str, Any]) -> Real:
 def limits_kept(scene: Scene, figures: Iterable[Figure]) -> tuple[Figure, Figure]:
     """Return two figures: whether all limits are met (1 or 0), and the smallest relative margin of all limits.
 
-    Both ignore errors.
+    Both ignore errors. The limits are not met if a position is singular.
     """
     needed = {limit.figure for limit in limits_of(scene)} | needed_by_limits(scene)
     bounded = [figure for figure in figures if figure.key in needed]
 
     def kept(cycle: Cycle) -> Reals:
         every = outcome_indices(cycle.scene, magnitudes(cycle, bounded))
-        return np.where(reduce(np.minimum, every) == SEVERITY.index(KEPT), 1.0, 0.0)
+        met = reduce(np.minimum, every) == SEVERITY.index(KEPT)
+        return np.where(met & ~cycle.lost.any(axis=-1), 1.0, 0.0)
 
     def margin(cycle: Cycle) -> Reals:
         known = magnitudes(cycle, bounded)
