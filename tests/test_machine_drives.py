@@ -13,6 +13,7 @@ from kinelast.cli.command import main
 from kinelast.designs import evaluate
 from kinelast.designs.base import base_of
 from kinelast.figures.peaks import run_figures
+from kinelast.reports.summary import report_of
 from kinelast.runs import computed
 from kinelast.scene.document import document_from_dict, document_of
 from kinelast.tasks.request import Request
@@ -111,6 +112,14 @@ class TestMotors:
         found = least_torque_ratio(steady, np.full(9, 5.0), np.full(9, 20.0), np.zeros(9))
         assert found == pytest.approx(15.0)
         assert np.isnan(least_torque_ratio(Motor(rotor_inertia=1e-4), np.full(9, 5.0), np.full(9, 20.0), np.zeros(9)))
+
+    def test_the_rated_speed_bounds_the_mean_speed_at_the_best_ratio(self):
+        """Half of the time at 20 rad/s, the other half at rest: the mean is 10 rad/s."""
+        rate = np.array([20.0, 0.0] * 4)
+        motor = Motor(rotor_inertia=1e-9, rated_speed=300.0, top_speed=900.0)
+        assert least_torque_ratio(motor, np.full(8, 5.0), rate, np.ones(8)) == pytest.approx(30.0)
+        slower = Motor(rotor_inertia=1e-9, rated_speed=300.0, top_speed=500.0)
+        assert least_torque_ratio(slower, np.full(8, 5.0), rate, np.ones(8)) == pytest.approx(25.0)
 
     def test_the_available_torque_decreases_to_the_top_speed(self):
         motor = Motor(stall_torque=4.0, peak_torque=3.0, top_speed=200.0)
@@ -288,6 +297,28 @@ def figures_of(text, tmp_path, *options):
     scene.write_text(text)
     status = main([str(scene), "-o", str(tmp_path / "out"), "--quiet", *options])
     return status, json.loads((tmp_path / "out" / "scene" / "summary.json").read_text())
+
+
+@pytest.mark.parametrize("positions", [40, 41])
+def test_a_motor_beyond_its_top_speed_has_no_torque(positions):
+    """The cycloidal law reaches pi rad/s, 314 rad/s at the motor."""
+    tables = {
+        "points": {"O": [0, 0], "A": [0.1, 0]},
+        "links": {
+            "ground": {"points": ["O"]},
+            "arm": {"points": ["O", "A"], "rigid": True, "mass": 1, "center": "O", "inertia": 0.01},
+        },
+        "drives": [{"link": "arm", "motor": "m", "repeat": True, "law": [
+            {"curve": "cycloidal", "duration": 1, "by": way * np.pi / 2} for way in (1, -1)]}],
+        "motors": {"m": {"gear_ratio": 100, "stall_torque": 10, "top_speed": 299, "efficiency": "100 %"}},
+        "run": {"positions": positions},
+    }  # fmt: skip
+    results = computed(scene_from_dict(tables), Request())
+    assert results.figures.peaks["motor_use"][0].value == np.inf
+    rows = {row.kind: row.outcome for row in report_of(results).acceptance.limits}
+    assert rows == {"motor_speed": "not kept", "motor_use": "not kept"}
+    tables["motors"]["m"]["top_speed"] = 400
+    assert computed(scene_from_dict(tables), Request()).figures.peaks["motor_use"][0].value < 1.0
 
 
 class TestScene:

@@ -70,6 +70,10 @@ class Share(Quantity, expected='a share, as in "2 %" or 0.02', above=0.0, most=1
         return super().read(value)
 
 
+class Efficiency(Share, expected='an efficiency, as in "90 %" or 0.9', above=0.0, most=1.0 + 1e-12):
+    """Efficiency, above 0 and at most 1."""
+
+
 class Speed(
     Quantity,
     expected='a speed of rotation, as in "100 rad/s" or "3000 rpm", or of sliding, as in "0.2 m/s"',

@@ -5,7 +5,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
+from msgspec.structs import replace
 
+from elastic import Largest
 from kinelast.scene.drive_values import (
     acceleration,
     averages,
@@ -22,7 +24,7 @@ from kinelast.scene.tables import DriveTable, Factor, StrictTable
 from kinelast.values.error import fault, known_name
 from kinelast.values.figure import AVERAGE, Figure, Kind, averaged, each
 from kinelast.values.numbers import real
-from kinelast.values.quantities import GearRatio, Inertia, Share, Torque, TurningSpeed
+from kinelast.values.quantities import Efficiency, GearRatio, Inertia, Torque, TurningSpeed
 from machine.drives import Motor, available_torque, inertia_matched_ratio, least_torque_ratio, mean, root_mean_square
 from machine.drives import motor_torque as shaft_torque
 from rigid.arrays import Real, Reals, of_designs
@@ -49,7 +51,7 @@ class MotorTable(StrictTable, frozen=True, kw_only=True):
     gear_inertia: Inertia | None = None  #: inertia of the gearbox at the motor shaft [0]
     #: motor angle / drive angle; for a slider, motor angle / travel, or a lead such as `"10 mm/rad"` [1]
     gear_ratio: GearRatio | None = None
-    efficiency: Share | None = None  #: efficiency of the gearbox, in both directions [1]
+    efficiency: Efficiency | None = None  #: efficiency of the gearbox, in both directions [1]
     inertia_ratio: Factor | None = None  #: maximum load inertia / (motor + gearbox inertia) [no limit]
 
     @property
@@ -113,6 +115,14 @@ def _use(cycle: Cycle, number: int, motor: Motor) -> Reals:
         return np.abs(motor_torque(cycle, number, motor)) / there
 
 
+def _largest_use(cycle: Cycle) -> Largest:
+    """Return the largest ratio of torque to available torque; infinite if no torque is available at some position."""
+    rows = cycle.rows(of_drives(KEY, _use)(cycle))
+    found, endless = cycle.largest(rows), np.isinf(rows) & cycle.counted
+    value = np.where(endless.any(axis=-1), np.inf, found.value)
+    return replace(found, value=value, position=np.where(np.isinf(value), endless.argmax(axis=-1), found.position))
+
+
 def _inertia_ratio(cycle: Cycle, number: int, motor: Motor) -> Reals:
     own = np.where(np.equal(motor.reduced_inertia, 0), np.nan, motor.reduced_inertia)
     return cycle.once(load_inertia, number) / own
@@ -144,7 +154,7 @@ MOTORS: Part[Motor] = Part(
         Figure("motor_mean_speed", "mean motor speed", "rad/s", MOTOR,
                averages(KEY, lambda speed, weight: mean(np.abs(speed), weight), motor_speed), AVERAGE,
                limit="rated_speed", rigid=True),
-        Figure("motor_use", "motor torque / available torque at its speed", "1", MOTOR, each(of_drives(KEY, _use)),
+        Figure("motor_use", "motor torque / available torque at its speed", "1", MOTOR, _largest_use,
                limit="full_use"),
         Figure("inertia_ratio", "largest load inertia / motor inertia", "1", MOTOR,
                each(of_drives(KEY, _inertia_ratio)), limit="inertia_ratio", rigid=True),
