@@ -460,3 +460,21 @@ def test_several_designs_equal_single_ones():
         for found, expected in zip(together.force, alone.force, strict=True):
             near(np.broadcast_to(found, (3, 3))[design], expected, 10.0)
         near(together.ground_moment[design], alone.ground_moment, 10.0)
+
+
+def test_the_force_in_the_guide_of_a_rack_is_normal_to_it():
+    """The teeth push the rack with (F, -F tan 20 deg) against a load of -F."""
+    push, angle = 100.0, np.radians(20.0)
+    wheel = Link("wheel", {"O": 0, "A": 0.04}, lumps=(Lump("O", 0.0),))
+    rack = Link("rack", {"R": 0.0}, lumps=(Lump("R", 0.0),))
+    gear = Gear(PinDrive("wheel", "O"), SliderDrive("guide"), 0.05, pressure_angle=angle)
+    mechanism = Mechanism(
+        (Link("ground", {"O": 0}), wheel, rack), (PinDrive("wheel", "O"),), {"O": 0, "A": 0.04, "R": -0.05j},
+        sliders=(Slider("guide", "rack", "ground", "R", -0.05j, 1.0),), gears=(gear,),
+        loads=(PointLoad("rack", "R", force=-push),),
+    )  # fmt: skip
+    forces = reactions(motion(mechanism, [0.1], 0.0))
+    at = [place.joint.name for closed in forces.closures for place in closed.joints].index("guide")
+    force, _ = forces.in_joints[at]
+    assert complex(np.ravel(force)[0]) == pytest.approx(1j * push * np.tan(angle), abs=1e-9)
+    assert complex(np.ravel(forces.ground_force)[0]) == pytest.approx(-push, abs=1e-9)

@@ -155,7 +155,7 @@ OF_THE_MACHINE: tuple[Figure, ...] = (
     *DRIVE_FIGURES,
     *(figure for part in PARTS for figure in part.figures),
     Figure("joint_force", "force in a joint", "N", JOINT,
-           each(lambda cycle: [np.abs(force) for force in cycle.deflection.forces.force]), listed=True),
+           each(lambda cycle: [np.abs(force) for force, _ in cycle.deflection.forces.in_joints]), listed=True),
     Figure("friction_effort", "effort of friction in a joint", _rubbing_units, RUBBING,
            each(lambda cycle: [*cycle.deflection.forces.friction.values()])),
     Figure("friction_power", "power that friction takes", "W", FRICTION,

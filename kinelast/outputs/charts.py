@@ -283,8 +283,9 @@ def cycle_charts(results: Results) -> list[Chart]:
     for (name, *_, unit), effort in zip(drive_words(results.mechanism), results.cycle.efforts, strict=True):
         efforts.setdefault(unit, []).append(Curve(name, effort, len(efforts.get(unit, []))))
     charts += [Chart("Drive moment" if unit == "N m" else "Drive force", unit, own) for unit, own in efforts.items()]
-    joints = zip(results.joint_words, forces.force, strict=True)
-    charts.append(Chart("Joint forces", "N", _curves({f"{at} on {on}": np.abs(force) for (at, on), force in joints})))
+    joints = zip(results.joint_words, forces.in_joints, strict=True)
+    in_joints = {f"{at} on {on}": np.abs(force) for (at, on), (force, _) in joints}
+    charts.append(Chart("Joint forces", "N", _curves(in_joints)))
     shaking = forces.ground_force
     sides = {"size": np.abs(shaking), "x": np.real(shaking), "y": np.imag(shaking)}
     charts.append(Chart("Shaking force on the ground", "N", _curves(sides)))

@@ -41,7 +41,7 @@ def position_table(results: Results) -> Table:
         columns |= _vector(f"{point}.d{{}}", moved.displacement, "m")
         columns[f"{point}.off_path"] = moved.normal, "m"
     forces = deflection.forces
-    for (joint, link), force, moment in zip(results.joint_words, forces.force, forces.moment, strict=True):
+    for (joint, link), (force, moment) in zip(results.joint_words, forces.in_joints, strict=True):
         columns |= _vector(f"{joint}.F{{}}_on_{link}", force, "N")
         if np.ndim(moment):
             columns[f"{joint}.M_on_{link}"] = moment, "N m"
@@ -147,7 +147,7 @@ def joint_loads(results: Results) -> dict[tuple[str, int], tuple[Any, Any]]:
     """
     loads: dict[tuple[str, int], tuple[Any, Any]] = {}
     forces = results.deflection.forces
-    for place, force, moment in zip(results.motion.places, forces.force, forces.moment, strict=True):
+    for place, (force, moment) in zip(results.motion.places, forces.in_joints, strict=True):
         for link, sign in ((place.joint.child, 1.0), (place.joint.parent, -1.0)):
             before = loads.get((place.joint.name, link), (0.0, 0.0))
             loads[place.joint.name, link] = before[0] + sign * force, before[1] + sign * moment

@@ -136,19 +136,20 @@ def joint_history(motion: Motion, forces: JointForces, number: int, weight: Real
         Time weight of each position [s], shape (..., positions); 0 excludes a position.
     """
     place = motion.places[number]
+    force, moment = forces.in_joints[number]
 
     def wide(value: Any) -> Numbers:
         return np.broadcast_to(value, np.shape(weight))
 
     return JointHistory(
-        wide(forces.force[number]),
+        wide(force),
         wide(motion.direction[place.joint.child]),
         wide(motion.direction[place.joint.parent]),
         wide(np.asarray(place.rate(motion.velocity, motion.angular_velocity))),
         weight,
         place.turns,
-        0.0 if place.turns else wide(place.pressing(forces.force[number], forces.moment[number], 2.0)[0]),
-        wide(forces.moment[number]),
+        0.0 if place.turns else wide(place.pressing(force, moment, 2.0)[0]),
+        wide(moment),
     )
 
 

@@ -86,6 +86,22 @@ class JointForces(Struct, frozen=True, eq=False, dict=True):
             force, moment = force - pull, moment - couple
         return force, moment
 
+    @cached_property
+    def in_joints(self) -> list[tuple[Columns, Columns]]:
+        """Force and moment that each joint itself exerts on its child: without the effort of a gear, which has teeth.
+
+        The moment of a pin without drive and friction is 0.0.
+        """
+        return [self._in_joint(at, place) for at, place in enumerate(self._places)]
+
+    def _in_joint(self, at: int, place: JointPlace) -> tuple[Columns, Columns]:
+        if place.joint.gear is None:
+            return self.force[at], self.moment[at]
+        force, moment = self.without_friction(at)
+        pull, _ = place.driven(place.effort(force, moment))
+        rubbed = place.driven(self.friction.get(at, 0.0))
+        return force - pull + rubbed[0], rubbed[1] if place.turns else moment + rubbed[1]
+
     def mark(self, invalid: Flags | bool) -> None:
         """Set the forces to nan where `invalid` is True, shape (..., positions)."""
         for values in (self.force, self.moment):

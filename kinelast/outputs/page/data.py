@@ -137,7 +137,7 @@ def numbers_of(results: Results, kept: Any) -> Numbers:
     store.add("shift", taken(bent.shift[1:]))
     store.add("angle", taken(bent.angle[1:]))
     forces = bent.forces
-    for name, values in (("force", forces.force), ("ground_force", [forces.ground_force])):
+    for name, values in (("force", [force for force, _ in forces.in_joints]), ("ground_force", [forces.ground_force])):
         store.add(name, np.array([taken(np.asarray(value, complex)) for value in values]).reshape(-1, len(kept)))
     store.add("ground_moment", taken(np.asarray(forces.ground_moment, float))[None])
     store.add("counted", taken(results.cycle.counted.astype(float)), "f")
