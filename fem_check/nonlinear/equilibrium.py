@@ -9,7 +9,7 @@ import numpy as np
 
 from fem_check.nonlinear.collocation import InitialState
 from fem_check.nonlinear.rigid_places import DoesNotCloseError
-from fem_check.nonlinear.system import System
+from fem_check.nonlinear.system import DriveStates, System
 from rigid import Reals
 
 Start = Literal["rigid", "quasi-static", "static"]
@@ -118,6 +118,8 @@ class InstantEquilibrium:
         system, free, unit, gap = self.system, self.system.free, self.system.unit, self.system.constraint_unit
         instant = np.array([time])
         drives, factor = system.drives(instant), system.load_factors(instant)
+        if not rates(guess)[1].any():  # at rest
+            drives = DriveStates(drives.coordinates, np.zeros_like(drives.rates))
         place = guess.copy()
         system.prescribe(place, drives)
         known, before, assumed = None, np.inf, None

@@ -99,6 +99,7 @@ def refined_deflection(
     tolerance: float,
     joints: Mapping[str, JointCompliance] | None = None,
     damping: float | Sequence[float] | Reals = 0.0,
+    joint_damping: float = 0.0,
     progress: Progress | None = None,
 ) -> RefinedDeflection:
     """Compute the deflection of a moving mechanism with large displacements to a tolerance.
@@ -119,12 +120,14 @@ def refined_deflection(
         One per beam, in the order of `Mechanism.beams`. A link is a rigid body if all rigidities of its beams are
         infinite.
     laws
-        For each drive, a function of time [s] that returns coordinate, rate and acceleration. Only the coordinate is
-        used.
+        For each drive, a function of time [s] that returns coordinate, rate and acceleration. The rate is used only
+        for the damping of a compliant joint with a drive.
     joints
         Compliance and misfit of joints, by name.
     damping
         beta of the Kelvin-Voigt law stress = E (strain + beta d strain/dt) [s], one value or one per beam.
+    joint_damping
+        beta of the compliant joints [s].
     progress
         Function that is called with the estimated share of completed work, from 0 to 1, and a message.
 
@@ -135,8 +138,8 @@ def refined_deflection(
     DoesNotCloseError
         If joints do not close, the motion is not periodic, or the solution does not converge.
     """
-    given = _Problem(mechanism, tuple(sections), tuple(laws), joints, damping, times, end, closed, tolerance, progress)
-    return given.refined()
+    beams = mechanism, tuple(sections), tuple(laws), joints, damping, joint_damping
+    return _Problem(*beams, times, end, closed, tolerance, progress).refined()
 
 
 class _Solved(Struct, frozen=True, eq=False):
@@ -161,6 +164,7 @@ class _Problem(Struct, frozen=True, eq=False, dict=True):
     laws: tuple[DriveLaw, ...]
     joints: Mapping[str, JointCompliance] | None
     damping: Any
+    joint_damping: float
     times: Reals
     end: float
     closed: bool
@@ -180,7 +184,7 @@ class _Problem(Struct, frozen=True, eq=False, dict=True):
     def system(self, elements: int) -> System:
         """Create the equations of motion for a number of elements per beam."""
         given = self.mechanism, self.sections, self.laws, float(self.times[0]), elements, self.joints, self.damping
-        return system_of(*given, rigid=self.places)
+        return system_of(*given, rigid=self.places, joint_damping=self.joint_damping)
 
     def refined(self) -> RefinedDeflection:
         """Halve time steps and then elements until the tolerance is reached."""

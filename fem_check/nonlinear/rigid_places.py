@@ -40,6 +40,12 @@ def coordinates(laws: Sequence[DriveLaw], time: Columns) -> Reals:
     return np.stack(values, axis=-1) if values else np.zeros((len(time), 0))
 
 
+def drive_rates(laws: Sequence[DriveLaw], time: Reals) -> Reals:
+    """Return the rates of all drives, shape (instants, drives)."""
+    rates = [np.broadcast_to(np.asarray(law(time)[1], float), time.shape) for law in laws]
+    return np.stack(rates, axis=-1) if rates else np.zeros((len(time), 0))
+
+
 def drawn_places(mechanism: Mechanism, first: Reals) -> Reals:
     """Return approximate x, y and angle of each link, shape (links, 3).
 

@@ -14,7 +14,7 @@ from fem_check.nonlinear.couplings import CouplingKind, CouplingState, coupling_
 from fem_check.nonlinear.loads import Loads, factors, load_state, loads_of
 from fem_check.nonlinear.node_masses import MassState, mass_state
 from fem_check.nonlinear.nodes import Nodes, NotCheckedError, nodes_of
-from fem_check.nonlinear.rigid_places import DriveLaw, RigidPlaces, coordinates
+from fem_check.nonlinear.rigid_places import DriveLaw, RigidPlaces, coordinates, drive_rates
 from fem_check.nonlinear.ties import Ties, ties_of
 from rigid import Mechanism, Reals
 from rigid.arrays import Flags, Integers
@@ -61,6 +61,16 @@ class State(Struct, frozen=True, eq=False):
     coupling_force: Reals
     node_residual: Reals
     violation: Reals
+
+
+class DriveStates(Struct, frozen=True, eq=False):
+    """Coordinates of the drives, including full turns, and their rates, each of shape (instants, drives).
+
+    The rates are 0 if no joint of a drive is compliant and damped, because nothing else depends on them.
+    """
+
+    coordinates: Reals
+    rates: Reals
 
 
 class System(Struct, frozen=True, eq=False, dict=True):
@@ -121,9 +131,11 @@ class System(Struct, frozen=True, eq=False, dict=True):
         kinds = [self.ties.couplings[own.parts[0][0]].kind for own in self.ties.constraints]
         return np.array([1.0 if kind == CouplingKind.TURN else self.rigid.size for kind in kinds])
 
-    def drives(self, time: Reals) -> Reals:
-        """Return the coordinates of the drives, including full turns, shape (instants, drives)."""
-        return coordinates(self.laws, time) + self.ties.winding
+    def drives(self, time: Reals) -> DriveStates:
+        """Return the states of the drives at given instants."""
+        places = coordinates(self.laws, time) + self.ties.winding
+        damped = any(spring.drive is not None and spring.damping for spring in self.ties.springs)
+        return DriveStates(places, drive_rates(self.laws, time) if damped else np.zeros_like(places))
 
     def load_factors(self, time: Reals) -> Reals:
         """Evaluate the laws of all loads, shape (instants, loads)."""
@@ -141,16 +153,13 @@ class System(Struct, frozen=True, eq=False, dict=True):
         q[:, self.of_node.ravel()] = carried.reshape(len(places), -1)
         return q
 
-    def prescribe(self, q: Reals, drives: Reals) -> None:
-        """Set the prescribed coordinates in the array `q`, shape (instants, coordinates).
-
-        `drives` are the coordinates of the drives, shape (instants, drives).
-        """
+    def prescribe(self, q: Reals, drives: DriveStates) -> None:
+        """Set the prescribed coordinates in the array `q`, shape (instants, coordinates)."""
         q[:, self.of_node[0]] = 0.0
         for node, place in self.ties.fixed.items():
             q[:, self.of_node[node, 0]], q[:, self.of_node[node, 1]] = complex(place).real, complex(place).imag
         for drive, node in self.ties.driven.items():
-            q[:, self.of_node[node, 2]] = drives[:, drive]
+            q[:, self.of_node[node, 2]] = drives.coordinates[:, drive]
 
     def residual(
         self,
@@ -158,7 +167,7 @@ class System(Struct, frozen=True, eq=False, dict=True):
         v: Reals,
         a: Reals,
         multipliers: Reals,
-        drives: Reals,
+        drives: DriveStates,
         factor: Reals,
         tangent: bool = True,
         assumed: Reals | None = None,
@@ -172,7 +181,7 @@ class System(Struct, frozen=True, eq=False, dict=True):
         multipliers
             Lagrange multipliers of the constraints, shape (instants, constraints).
         drives
-            Coordinates of the drives, shape (instants, drives).
+            States of the drives.
         factor
             Factors of the loads, shape (instants, loads).
         tangent
@@ -199,7 +208,7 @@ class System(Struct, frozen=True, eq=False, dict=True):
             everywhere: Any = (slice(None), nodes)
             np.add.at(node_residual, everywhere, forces.reshape(len(q), *nodes.shape, 3))
         total = node_residual.reshape(len(q), -1) @ self._gather
-        state = State(beams, masses, pairs, pull, node_residual, self._violations(pairs.value, drives))
+        state = State(beams, masses, pairs, pull, node_residual, self._violations(pairs.value, drives.coordinates))
         if not tangent:
             return total, state, None
         changing = np.einsum("psij,psj->psi", pairs.second, seen)
@@ -250,7 +259,7 @@ class System(Struct, frozen=True, eq=False, dict=True):
         return value @ self.parts.T - wanted
 
     def _coupling_forces(
-        self, pairs: CouplingState, opening: Reals, multipliers: Reals, drives: Reals
+        self, pairs: CouplingState, opening: Reals, multipliers: Reals, drives: DriveStates
     ) -> tuple[Reals, Reals, Reals]:
         """Return the forces of the couplings, and the derivatives of each force.
 
@@ -263,10 +272,13 @@ class System(Struct, frozen=True, eq=False, dict=True):
         spring_stiffness, spring_damping = np.zeros((2, 1, pull.shape[1]))
         for spring in self.ties.springs:
             k = spring.coupling
-            stretch = pairs.value[:, k] - spring.rest - (0.0 if spring.drive is None else drives[:, spring.drive])
+            stretch, stretch_rate = pairs.value[:, k] - spring.rest, opening[:, k]
+            if spring.drive is not None:
+                stretch = stretch - drives.coordinates[:, spring.drive]
+                stretch_rate = stretch_rate - drives.rates[:, spring.drive]
             if spring.wraps:
                 stretch = np.remainder(stretch + np.pi, 2 * np.pi) - np.pi
-            pull[:, k] += spring.preload + spring.stiffness * stretch + spring.damping * opening[:, k]
+            pull[:, k] += spring.preload + spring.stiffness * stretch + spring.damping * stretch_rate
             spring_stiffness[0, k] += spring.stiffness
             spring_damping[0, k] += spring.damping
         return pull, spring_stiffness, spring_damping
@@ -331,6 +343,7 @@ def system_of(
     joints: Mapping[str, JointCompliance] | None,
     damping: float | Sequence[float],
     rigid: RigidPlaces | None = None,
+    joint_damping: float = 0.0,
 ) -> System:
     """Set up the equations of motion of a mechanism.
 
@@ -344,6 +357,8 @@ def system_of(
         Number of elements per beam.
     rigid
         Positions of the rigid links, if already computed.
+    damping, joint_damping
+        Kelvin-Voigt beta of the beams and of the compliant joints [s].
 
     Raises
     ------
@@ -364,5 +379,5 @@ def system_of(
     rigid = rigid or RigidPlaces(mechanism, laws, start)
     nodes = nodes_of(mechanism, sections, elements, damping)
     first = coordinates(laws, start)[0]
-    ties = ties_of(mechanism, nodes, joints or {}, rigid.drawn, first)
+    ties = ties_of(mechanism, nodes, joints or {}, rigid.drawn, first, joint_damping)
     return System(mechanism, tuple(laws), rigid, nodes, ties, loads_of(mechanism, nodes))

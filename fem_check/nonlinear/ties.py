@@ -31,8 +31,8 @@ class Constraint(Struct, frozen=True):
 class CouplingSpring(Struct, frozen=True):
     """Spring and damper that act on a coupling c, i.e. a function of the coordinates of two nodes.
 
-    The force is preload + stiffness (c - rest - coordinate of the drive) + damping dc/dt. If `drive` is None, the
-    coordinate of the drive is omitted. If `wraps` is True, the angle in brackets is reduced to the range from -pi to pi
+    The force is preload + stiffness s + damping ds/dt with s = c - rest - coordinate of the drive. If `drive` is None,
+    the coordinate of the drive is omitted. If `wraps` is True, the angle s is reduced to the range from -pi to pi
     by full turns.
     """
 
@@ -99,7 +99,12 @@ class Ties:
 
 
 def ties_of(
-    mechanism: Mechanism, nodes: Nodes, joints: Mapping[str, JointCompliance], drawn: Reals, first: Reals
+    mechanism: Mechanism,
+    nodes: Nodes,
+    joints: Mapping[str, JointCompliance],
+    drawn: Reals,
+    first: Reals,
+    joint_damping: float = 0.0,
 ) -> Ties:
     """Create the connections between the nodes of a mechanism.
 
@@ -111,6 +116,8 @@ def ties_of(
         Approximate x, y and angle of each link, see `drawn_places`, shape (links, 3).
     first
         Coordinates of the drives at the first instant, shape (drives,).
+    joint_damping
+        Kelvin-Voigt beta of the compliant joints [s].
 
     Raises
     ------
@@ -119,14 +126,21 @@ def ties_of(
         elastic link at which no beam ends, a gap at a slider, a misfit at the joint of some drives, a gear at a
         compliant joint, a compliance that does not belong to exactly one joint, or Coulomb friction.
     """
-    return _TieBuilder(mechanism, nodes, joints, drawn).built(first)
+    return _TieBuilder(mechanism, nodes, joints, drawn, joint_damping).built(first)
 
 
 class _TieBuilder:
     """Builder of the connections."""
 
-    def __init__(self, mechanism: Mechanism, nodes: Nodes, joints: Mapping[str, JointCompliance], drawn: Reals) -> None:
-        self.mechanism, self.nodes, self.soft = mechanism, nodes, joints
+    def __init__(
+        self,
+        mechanism: Mechanism,
+        nodes: Nodes,
+        joints: Mapping[str, JointCompliance],
+        drawn: Reals,
+        joint_damping: float,
+    ) -> None:
+        self.mechanism, self.nodes, self.soft, self.joint_damping = mechanism, nodes, joints, joint_damping
         self.ties = Ties()
         way = nodes.rest * np.exp(1j * drawn[nodes.link, 2])
         place = drawn[nodes.link] + np.stack([way.real, way.imag, np.zeros(len(way))], axis=-1)
@@ -186,7 +200,7 @@ class _TieBuilder:
     def _closed(self, coupling: int, target: float, soft: float, drive: int | None = None) -> None:
         """Constrain a coupling to its target, or add a spring if the joint is compliant."""
         if soft:
-            self.ties.springs.append(CouplingSpring(coupling, 1.0 / soft, target, drive))
+            self.ties.springs.append(CouplingSpring(coupling, 1.0 / soft, target, drive, self.joint_damping / soft))
         else:
             self.ties.constraints.append(Constraint(((coupling, 1.0),), target, drive))
 

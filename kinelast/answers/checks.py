@@ -105,7 +105,7 @@ def _nonlinear(
         closed,
         tolerance,
         scene.joints,
-        _damping(results),
+        *_damping(results),
     )
     refined = refined_deflection(*given, progress)
     largest = members_of(scene.mechanism).greatest(np.abs(refined.chord).max(axis=(1, 2)))
@@ -180,18 +180,20 @@ def _allowance(results: Results, smaller: Reals) -> dict[str, float]:
     return dict(zip(results.scene.labels, (share * np.maximum(smaller - 1.0, 0.0)).tolist(), strict=True))
 
 
-def _damping(results: Results) -> Reals:
-    """Return the damping coefficient beta of each beam [s].
+def _damping(results: Results) -> tuple[Reals, float]:
+    """Return the damping coefficient beta of each beam, and that of the compliant joints [s].
 
     If there is a solution with vibration, the damping is that of this solution. Otherwise a damping ratio is converted
     at the lowest natural frequency.
     """
     if results.answer and results.answer.vibrating:
-        return results.answer.vibrating.damping.beams
+        damping = results.answer.vibrating.damping
+        return damping.beams, damping.joints
     from kinelast.answers.bounds import damping_of
 
     frequencies = results.frequencies
-    return damping_of(results.scene).with_default_beta(frequencies.lowest if frequencies else math.inf).beams
+    damping = damping_of(results.scene).with_default_beta(frequencies.lowest if frequencies else math.inf)
+    return damping.beams, damping.joints
 
 
 def _poisson(scene: Scene) -> list[float]:

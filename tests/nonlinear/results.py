@@ -45,7 +45,7 @@ def solution_of(system, elements, instants):
         Energies of motion, strain and springs, and weight [J], and damping power [W], shape (positions,).
     """
     xi = np.linspace(0.0, 1.0, elements + 1)
-    drive = system.drives(instants.time) - system.ties.winding
+    drive = system.drives(instants.time).coordinates - system.ties.winding
     beams = range(len(system.mechanism.beams))
     fields = np.stack([_fields(system, k, xi, instants) for k in beams] or [np.zeros((6, 0, 0))], axis=1)
     return SimpleNamespace(
@@ -125,7 +125,7 @@ def _efforts(system, state):
 
 def _spring_energy(system, instants):
     total = np.zeros(len(instants.time))
-    drives = system.drives(instants.time)
+    drives = system.drives(instants.time).coordinates
     for spring in system.ties.springs:
         stretch = instants.state.couplings.value[:, spring.coupling] - spring.rest
         stretch = stretch - (0.0 if spring.drive is None else drives[:, spring.drive])
