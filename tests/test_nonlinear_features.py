@@ -92,10 +92,7 @@ def test_the_documentation_lists_the_features():
     assert listed == [[name for name, (_, refusal) in cases.items() if bool(refusal) == no] for no in (False, True)]
 
 
-JOINTS = {
-    "pin": '[joints.A]\ncompliance = "2e-6 m/N"\n',
-    "driven pin": '[joints.O]\nrotation = "1e-4 rad/(N m)"\n',
-}
+JOINTS = {"pin": '[joints.A]\ncompliance = "2e-6 m/N"\n', "driven pin": '[joints.O]\nrotation = "1e-4 rad/(N m)"\n'}
 
 
 @pytest.mark.parametrize("joint", in_tiers(sorted(JOINTS), 2, 0))

@@ -12,7 +12,9 @@ References
 Timoshenko and Gere, Theory of Elastic Stability, 2nd ed., section 2.
 """
 
+from collections.abc import Callable
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from msgspec import Struct
@@ -36,8 +38,8 @@ from elastic.elastodynamics.equations_of_motion import (
 from elastic.elastodynamics.point_effects import chosen_points
 from elastic.links.beam_trees import trees_of
 from elastic.solution import Deflection
-from rigid import PointLoad, Reals
-from rigid.arrays import Flags, Integers, distinct
+from rigid import Motion, PointLoad, Reals
+from rigid.arrays import Complexes, Flags, Integers, distinct
 
 INNER_POLYNOMIALS = 4  # number of inner polynomials per beam for each of u, w and phi
 MAX_IMAGINARY = 1e-9  # roots with a smaller imaginary part count as real; relative to the largest root
@@ -47,6 +49,8 @@ EVEN_POSITIONS = 13  # number of evenly spaced positions that are always compute
 VIBRATING_POSITIONS = 61  # the same if the loads include vibration, because these loads vary faster
 BATCH_POSITIONS = 8  # number of positions that are computed at once
 UNKNOWN = -1.0  # marks a position at which the ratio has not been computed
+TIME_STEP = 0.01  # time step of numerical differentiation, relative to the time in which a link turns by 1 rad
+MotionAt = Callable[[Any], Motion]
 
 
 class Buckling(Struct, frozen=True, eq=False):
@@ -201,25 +205,56 @@ class BucklingModes:
         ratio[known] = (self._shares(geometric, moved, modes) * pressed).max(axis=-1, initial=0.0).T
         return ratio
 
-    def frequencies(self, some: Integers) -> tuple[Reals, Reals]:
-        """Compute the lowest natural frequency at given positions [rad/s], without and with K_G and springs.
+    def frequencies(self, some: Integers, motion_at: MotionAt | None = None) -> tuple[Reals, Reals]:
+        """Compute the lowest natural frequency at given positions [rad/s], without and with loads and motion.
 
-        Each has the shape (positions,). The frequency with K_G is 0 if the load exceeds the critical load. The
-        symmetric part of K_G is used.
+        Each has the shape (positions,). The second includes springs, K_G and, if `motion_at` is given, the stiffness
+        due to the motion. It is 0 if the mechanism is unstable. The symmetric parts of the matrices are used.
+
+        Parameters
+        ----------
+        motion_at
+            Function that returns the motion at given times [s].
         """
         geometric, moved = self.geometric[some], self._moved(some)
-        motion = replace(self.motion, direction=self.motion.direction[:, some])
-        at_masses = np.sqrt(masses(self.structure))[:, None] * mass_displacements(
-            self.structure, motion, self.chosen, moved
-        )
+        at_masses = self._at_masses(replace(self.motion, direction=self.motion.direction[:, some]), moved)
         mass: Reals = (np.conj(at_masses).swapaxes(-1, -2) @ at_masses).real
         own = geometric.stiffness(moved, moved)
+        if motion_at is not None:
+            own = own + self._stiffness_by_motion(some, motion_at)
         stiffness: Reals = np.eye(len(mass[0])) + (own + own.swapaxes(-1, -2)) / 2.0
         free: Reals = 1.0 / np.sqrt(np.linalg.eigvalsh(mass)[:, -1])
         loaded, stable = np.zeros_like(free), np.linalg.eigvalsh(stiffness)[:, 0] > ROUND_OFF
         back = np.linalg.inv(np.linalg.cholesky(stiffness[stable]))
         loaded[stable] = 1.0 / np.sqrt(np.linalg.eigvalsh(back @ mass[stable] @ back.swapaxes(-1, -2))[:, -1])
         return free, loaded
+
+    def _stiffness_by_motion(self, some: Integers, motion_at: MotionAt) -> Reals:
+        """Return the stiffness Re X^H W X'' at given positions, shape (positions, n, n).
+
+        X are the displacements per unit of each shape, which change with the posture. W are the masses. For a single
+        link that rotates at a rate, this is minus the square of the rate times the mass matrix.
+        """
+        times, fastest = self.motion.time, float(np.nanmax(np.abs(self.motion.angular_velocity), initial=0.0))
+        if not fastest:
+            return np.zeros(1)
+        step = TIME_STEP / fastest
+        middle = np.where(times[some] + 2.0 * step > times[-1], times[some] - step, times[some] + step)
+        near = [motion_at(middle + steps * step) for steps in (-1.0, 0.0, 1.0)]
+        before, now, after = (self._at_masses(motion, self._moved_in(motion)) for motion in near)
+        found: Reals = (np.conj(now).swapaxes(-1, -2) @ (before - 2.0 * now + after)).real / step**2
+        return found
+
+    def _at_masses(self, motion: Motion, moved: Displacements) -> Complexes:
+        """Return displacements of masses, multiplied by the root of the mass, shape (positions, masses, n)."""
+        roots = np.sqrt(masses(self.structure))[:, None]
+        return roots * mass_displacements(self.structure, motion, self.chosen, moved)
+
+    def _moved_in(self, motion: Motion) -> Displacements:
+        """Return the displacements per unit of each shape in `basis` at the positions of another motion."""
+        modes = rigid_body_modes(self.structure, motion)
+        basis = compatible_basis(self.structure, modes, self.basis)
+        return unit_displacements(self.structure, motion, modes, basis, self.chosen)
 
     def _moved(self, some: Integers) -> Displacements:
         """Return the displacements per unit of each shape in `basis` at given positions."""
@@ -234,8 +269,7 @@ class BucklingModes:
     @cached_property
     def _everywhere(self) -> Displacements:
         """Displacements per unit of each shape in `basis`, at all positions."""
-        basis = compatible_basis(self.structure, self.rigid_modes, self.basis)
-        return unit_displacements(self.structure, self.motion, self.rigid_modes, basis, self.chosen)
+        return self._moved_in(self.motion)
 
     def _solved(self, geometric: GeometricStiffness, moved: Displacements, pressing: Reals) -> tuple[Reals, Reals]:
         """Return load ratios in ascending order, shape (positions, n), and modes, shape (positions, n, n).

@@ -53,7 +53,8 @@ class JointTable(StrictTable, frozen=True, kw_only=True):
 
     compliance: q.Compliance | None = None  #: displacement per force [0]
     rotation: q.TurnCompliance | None = None  #: rotation per moment, for a driven pin, a weld or a slider [0]
-    #: offset of the unloaded pin centres in the axes of the drawing, later link minus earlier link [0]
+    #: offset of the unloaded pin centres in the axes of the drawing: link of the joint force (`rocker` in
+    #: `B.Fx_on_rocker`) minus other link [0]
     gap: Place | None = None
     turn: q.PlaneAngle | None = None  #: angle offset, for a driven pin, a weld or a slider [0]
     #: Coulomb coefficient; the moment of a pin is coefficient x `radius` x force [0]
