@@ -11,11 +11,13 @@ import pytest
 from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 from scene_texts import FOUR_BAR, QUICK_RETURN, SLIDER_CRANK, edited
+from tiers import in_tiers
 
+from elastic import displacement_of
 from kinelast.designs import evaluate
 from kinelast.reports.summary import summary
 from kinelast.runs import computed
-from kinelast.scene.data import scene_motion
+from kinelast.scene.data import scene_deflection, scene_motion
 from kinelast.scene.document import document_from_text, scene_from_dict, scene_from_text
 from kinelast.tasks.request import Request
 from kinelast.values.error import SceneError
@@ -357,3 +359,57 @@ class TestPointsOnALink:
         apart = [evaluate(each, [], [[]], ["deflection", "mass"]) for each in (tables, moved)]
         for figure, values in found.columns.items():
             np.testing.assert_allclose(values, [each.columns[figure][0] for each in apart], rtol=1e-9)
+
+
+RODS = """
+[materials.steel]
+E = 210e9
+density = 7850
+[sections.bar]
+shape = "rectangle"
+depth = 0.008
+width = 0.02
+[sections.rod]
+shape = "rectangle"
+depth = 0.008
+width = {width}
+[points]
+O = [0, 0]
+A = [0.03, 0.04]
+B = [0.2, 0]
+[links.ground]
+points = ["O"]
+[links.crank]
+points = ["O", "A"]
+section = "bar"
+material = "steel"
+{rods}
+[links.piston]
+points = ["B"]
+mass = 0.3
+[sliders.guide]
+link = "piston"
+through = "B"
+direction = [1, 0]
+[[drives]]
+link = "crank"
+speed = 100
+[[loads]]
+link = "piston"
+point = "B"
+force = [-1000, 0]
+[run]
+positions = 12
+"""
+
+
+@pytest.mark.parametrize("count", in_tiers([2, 3, 5], 2, 1))
+def test_parallel_rods_are_one_rod_of_their_total_width(count):
+    def bent(rods, width):
+        each = '[links.rod{}]\npoints = ["A", "B"]\nsection = "rod"\nmaterial = "steel"\n'
+        scene = scene_from_text(RODS.format(rods="".join(map(each.format, range(rods))), width=width))
+        return scene_deflection(scene, scene_motion(scene))
+
+    for link, point in (("crank", "A"), ("piston", "B")):
+        many, one = (displacement_of(each, link, point) for each in (bent(count, 0.02), bent(1, 0.02 * count)))
+        np.testing.assert_allclose(many, one, rtol=0, atol=1e-10 * np.abs(one).max())

@@ -196,8 +196,13 @@ class Net:
                 yield links
 
     def doubled(self, links: Sequence[int], known: set[int]) -> int:
-        """Return the number of redundant constraints between pairs of links, such as a block in parallel guides."""
+        """Return the number of redundant constraints between pairs of links, such as a block in parallel guides.
+
+        Known links count as one body, so that a rod beside two parallel rods has only one pair.
+        """
         surplus, sets = 0, ConnectedSets((*links, *known))
+        for link in known:
+            sets.join(0, link)
         pairs = sorted(
             {
                 (min(start, end), max(start, end))
