@@ -464,3 +464,11 @@ def test_designs_with_other_sections_have_the_same_figures_together_and_alone(fi
     assert list(together.reason) == ["", *alone.reason] == ["", ""]
     for name, values in together.columns.items():
         assert values[1] == pytest.approx(alone.columns[name][0], rel=1e-9, nan_ok=True), name
+
+
+def test_the_stroke_of_a_machine_that_cannot_be_assembled_is_unknown():
+    """Warnings are errors in the tests."""
+    tables = copy.deepcopy(STEEL)
+    tables["run"]["output"] = "B"
+    found = evaluate(tables, ["points.D.x"], [[0.35], [9.0]], ["output_stroke"])
+    assert np.isnan(found.columns["output_stroke"]).tolist() == [False, True]

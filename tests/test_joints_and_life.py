@@ -23,7 +23,7 @@ from kinelast.tasks.request import Request
 from kinelast.values.error import SceneError
 from kinelast.values.numbers import quantity
 from machine.joints import SLIP_RANGE
-from tests.scene_texts import SLIDER_CRANK
+from tests.scene_texts import PARALLELOGRAM, SLIDER_CRANK, edited
 
 ARM = """
 sections.round = {shape = "circle", diameter = "20 mm"}
@@ -445,3 +445,14 @@ def test_the_command_reports_the_broken_limit(tmp_path, capsys):
     assert "function polar(" in page
     written = json.loads((tmp_path / "out" / "arm" / "summary.json").read_text(encoding="utf-8"))
     assert written["breaks_first"][0]["item"] == "arm"
+
+
+def test_a_life_counts_the_time_of_singular_positions():
+    steel = 'yield = "355 MPa"\nultimate = "470 MPa"\nendurance = "10 MPa"\n'
+    text = edited(PARALLELOGRAM, ("density = 7850\n", f"density = 7850\n{steel}"), ("speed = 10.0", "speed = 60.0")) + "[fatigue]\n"
+    results = computed(scene_from_text(text), Request(theory="quasi-static"))
+    assert results.figures.singular == 2
+    coupler = 1
+    life, cycles = (results.figures.peaks[key][coupler].value for key in ("life", "life_cycles"))
+    assert np.isfinite(life)
+    assert life == pytest.approx(cycles * results.scene.run.duration, rel=1e-12)

@@ -187,10 +187,15 @@ class Cycle:
     @cached_property
     def weights(self) -> Reals:
         """The weight of each position in time averages [s], shape (..., positions); 0 for excluded positions."""
+        return np.where(self.counted, self.durations, 0.0)
+
+    @cached_property
+    def durations(self) -> Reals:
+        """The part of the run that belongs to each position [s], shape (..., positions)."""
         run = self.scene.run
         cycle: Any = run.duration if run.turn else np.nan
         period = cycle if self.period is None else np.asarray(self.period)[..., None]
-        return np.where(self.counted, time_weights(self.motion.time, period), 0.0)
+        return np.asarray(time_weights(self.motion.time, period))
 
     @cached_property
     def well_conditioned(self) -> Deflection:

@@ -143,7 +143,7 @@ def path_direction(motion: Motion, output: Output) -> Complexes:
     """Return a unit vector in the direction in which the path of a point extends most, shape (..., 1)."""
     places = position_of(motion, motion.mechanism.index[output.link], output.point)
     apart = np.where(np.isfinite(places), places, np.nan)
-    apart = apart - np.nanmean(apart, axis=-1, keepdims=True)
+    apart = apart - _known_mean(apart)
     return np.exp(0.5j * np.angle(np.nansum(apart**2, axis=-1, keepdims=True)))
 
 
@@ -161,9 +161,16 @@ def stroke_of(cycle: Cycle, output: Output) -> Reals:
 
 def between_ends(cycle: Cycle, values: Any) -> tuple[Largest, Largest]:
     """Return the smallest and greatest values over a run, interpolated by parabolas between positions."""
-    known = np.where(np.isfinite(values), values, np.nanmean(values, axis=-1, keepdims=True))
+    known = np.where(np.isfinite(values), values, _known_mean(values))
     lowest = _top(-known, bool(cycle.scene.run.turn))
     return replace(lowest, value=-lowest.value), _top(known, bool(cycle.scene.run.turn))
+
+
+def _known_mean(values: Any) -> Numbers:
+    """Return the mean of the known values over the positions, shape (..., 1); nan if none is known."""
+    count = np.count_nonzero(~np.isnan(values), axis=-1, keepdims=True)
+    with np.errstate(invalid="ignore"):
+        return np.asarray(np.nansum(values, axis=-1, keepdims=True) / count)
 
 
 def time_ratio_of(cycle: Cycle, output: Output) -> Reals:

@@ -76,8 +76,8 @@ def _short(name: str) -> str:
     return name if len(name) <= MAX_NAME else f"{name[: MAX_NAME // 3]}…{name[-(2 * MAX_NAME // 3 - 1) :]}"
 
 
-HEAD = ("figure", "value", "unit", "number", "value", "unit", "slope", "difference error", "per cent to one per cent", "kink",
-        "slope below", "slope above", "stays by", "step", "change by step")  # fmt: skip
+HEAD = ("figure", "value", "unit", "number", "value", "unit", "slope", "difference error", "per cent to one per cent",
+        "kink", "slope below", "slope above", "stays by", "step", "change by step")  # fmt: skip
 MOST_BARS = 12  # maximum number of bars, and of sentences, for each result
 NAMED = 2  # the sentences in the terminal mention this number of results
 MIN_CHANGE = 5e-6  # a change is only reported if |change in a result / value of the result| exceeds this limit

@@ -142,9 +142,9 @@ def _label_peaks(axes: Any, result: Speeds, values: Any, factor: float) -> None:
     """Label peaks with their harmonic and mode. If two labels would overlap, label only the higher peak."""
     taken: list[float] = []
     room = LABEL_ROOM * (result.speed[-1] - result.speed[0])
-    sizes = {peak: float(np.nanmax(values[result.speed == peak.speed])) for peak in result.peaks}
+    sizes = {peak: np.nanmax(values[result.speed == peak.speed], initial=-np.inf) for peak in result.peaks}
     for peak in sorted(sizes, key=lambda peak: -sizes[peak]):
-        if peak.resonance is None or any(abs(peak.speed - other) < room for other in taken):
+        if peak.resonance is None or np.isinf(sizes[peak]) or any(abs(peak.speed - other) < room for other in taken):
             continue
         taken.append(peak.speed)
         name = (

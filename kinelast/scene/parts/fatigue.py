@@ -177,7 +177,7 @@ def _for_fatigue(find: Callable[[Cycle], Largest]) -> Callable[[Cycle], Largest]
 def _life(cycle: Cycle) -> Largest:
     """Time until Miner's sum of each beam reaches 1 [s]."""
     cycles = _cycles(cycle)
-    return replace(cycles, value=cycles.value * cycle.weights.sum(axis=-1))
+    return replace(cycles, value=cycles.value * cycle.durations.sum(axis=-1))
 
 
 def _cycles(cycle: Cycle) -> Largest:
