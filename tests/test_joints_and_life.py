@@ -449,7 +449,8 @@ def test_the_command_reports_the_broken_limit(tmp_path, capsys):
 
 def test_a_life_counts_the_time_of_singular_positions():
     steel = 'yield = "355 MPa"\nultimate = "470 MPa"\nendurance = "10 MPa"\n'
-    text = edited(PARALLELOGRAM, ("density = 7850\n", f"density = 7850\n{steel}"), ("speed = 10.0", "speed = 60.0")) + "[fatigue]\n"
+    changes = ("density = 7850\n", f"density = 7850\n{steel}"), ("speed = 10.0", "speed = 60.0")
+    text = edited(PARALLELOGRAM, *changes) + "[fatigue]\n"
     results = computed(scene_from_text(text), Request(theory="quasi-static"))
     assert results.figures.singular == 2
     coupler = 1

@@ -125,6 +125,11 @@ def _require_consistent(parser: argparse.ArgumentParser, given: dict[str, Any], 
         if option.belongs and not given.get(option.belongs):
             flag, needed = ((known[key].flags or (f"--{key}",))[0] for key in (name, option.belongs))
             parser.error(f"{flag} needs {needed}")
+    task = next((name for name in ("sweep", "design", "structure") if given.get(name) not in (None, False)), "")
+    written = [name for name in given if known[name].writes and name in Request.__struct_fields__ and given[name]]
+    if task and written:
+        flag = (known[written[0]].flags or (f"--{written[0]}",))[0]
+        parser.error(f"{flag} belongs to a report, which --{task} does not write: run the command twice")
     if "changes" in given and given.keys() & {"sweep", "design"}:
         parser.error("--set only applies to reports: the numbers of a sweep are under [sweep]")
     if "changes" in given and "structure" in given:
