@@ -5,11 +5,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scene_texts import FOUR_BAR
 from tiers import in_tiers
 
 import kinelast
 from elastic import displacement_of
-from kinelast.reports.jumps import HEADING
+from kinelast.reports.jumps import HEADING, jump_findings
 from kinelast.reports.limits import acceptance
 from kinelast.reports.trust import findings
 from kinelast.runs import computed
@@ -217,3 +218,14 @@ def test_a_largest_force_beside_a_jump_is_exact(positions):
     assert effort.value == pytest.approx(20 * (9.81 + 15), rel=1e-12)
     assert effort.error.size < 1e-4 * effort.value
     assert acceptance(results).verdict == "acceptable"
+
+
+@pytest.mark.parametrize(("link", "turns"), [("coupler", True), ("rocker", False)])
+def test_a_torsion_spring_at_a_pin_that_turns_fully(link, turns):
+    """The coupler of a crank-rocker turns fully relative to the crank; the rocker swings relative to the coupler."""
+    at, on = ("A", "crank") if turns else ("B", "coupler")
+    spring = f'[[springs]]\nlink = "{link}"\nat = "{at}"\non = "{on}"\nstiffness = 5\n'
+    results = computed(scene_from_text(FOUR_BAR + spring), Request(theory="quasi-static"))
+    found = [each.text for each in jump_findings(results)]
+    assert bool(found) == turns
+    assert all("its moment jumps by 31.4 N·m" in each for each in found)

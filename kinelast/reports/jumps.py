@@ -9,8 +9,8 @@ from kinelast.answers.results import Results
 from kinelast.scene.data import scene_deflection
 from kinelast.scene.drives import DriveEffort
 from kinelast.values.numbers import coordinate, few, quantity
-from kinelast.values.reading import OPEN, Finding
-from rigid import LineLoad, PointLoad, Resistance
+from kinelast.values.reading import CAUTION, OPEN, Finding
+from rigid import LineLoad, PointLoad, Resistance, TorsionSpring
 from rigid.arrays import Flags, Numbers, Reals
 
 HEADING = "Jumps"
@@ -21,7 +21,8 @@ ROUNDING = 6  # decimals to which positions [rad or m] are rounded, to hide roun
 
 
 def jump_findings(results: Results) -> Iterator[Finding]:
-    """Yield a finding on jumps in loads, friction and accelerations, if the results include vibration."""
+    """Yield findings on torsion springs and, with vibration, on jumps in loads, friction and accelerations."""
+    yield from _torsion_springs(results)
     if not results.vibrates:
         return
     course, scene = results.scene.course, results.scene
@@ -46,6 +47,20 @@ def jump_findings(results: Results) -> Iterator[Finding]:
     if said:
         text = f"{'; '.join(said)}, and the vibration after {'the' if count == 1 else 'each'} jump depends on it: a"
         yield Finding(OPEN, HEADING, f"{text[0].upper()}{text[1:]} gradual change causes less vibration.")
+
+
+def _torsion_springs(results: Results) -> Iterator[Finding]:
+    """Yield a finding for each torsion spring whose angle passes half a turn from its rest angle."""
+    motion = results.motion
+    for spring in results.mechanism.loads:
+        if not isinstance(spring, TorsionSpring) or not np.any(spring.stiffness):
+            continue
+        winding = np.broadcast_to(spring.winding(motion), motion.columns)
+        steps = np.diff(winding, append=winding[:1] if results.scene.run.turn else winding[-1:])
+        if np.nan_to_num(np.abs(steps)).max(initial=0.0) > np.pi:
+            jump = quantity(2.0 * np.pi * float(np.ravel(spring.stiffness)[0]), "N m", 3)
+            text = f"The torsion spring at {spring.at} turns fully: at half a turn from its rest angle, its moment jumps by"
+            yield Finding(CAUTION, HEADING, f"{text} {jump}. Use a spring only at a pin that swings.")
 
 
 def _jumps_of_forces(run: Deflection, bent: Deflection, before: Numbers, after: Numbers) -> Reals:

@@ -127,20 +127,20 @@ class TorsionSpring(Struct, frozen=True, eq=False):
 
     def forces(self, motion: Motion) -> Iterable[PointForce]:
         """Return the moments on both links."""
-        moment = self.preload + self.stiffness * self._winding(motion) + self.damping * self._rate(motion)
+        moment = self.preload + self.stiffness * self.winding(motion) + self.damping * self._rate(motion)
         return (self.link, self.at, 0.0, -moment), (self.on, self.at, 0.0, moment)
 
     def energy(self, motion: Motion) -> Reals:
         """Return the stored energy [J], shape (..., positions). It is 0 if theta is `angle`."""
-        winding = self._winding(motion)
+        winding = self.winding(motion)
         return self.preload * winding + self.stiffness * winding**2 / 2
 
     def dissipation(self, motion: Motion) -> Reals:
         """Return the power that the damper dissipates [W], shape (..., positions)."""
         return self.damping * self._rate(motion) ** 2
 
-    def _winding(self, motion: Motion) -> Reals:
-        """Return theta - angle [rad]."""
+    def winding(self, motion: Motion) -> Reals:
+        """Return theta - angle [rad], shape (..., positions)."""
         for number, drive in enumerate(motion.mechanism.drives):
             if drive.joint == self.at and set(drive.links) == {self.link, self.on}:
                 return motion.drive[number] * (1.0 if drive.links[0] == self.link else -1.0) - self.angle
