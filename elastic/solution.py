@@ -254,7 +254,7 @@ def _loaded_links(problem: ElasticProblem) -> tuple[JointForces, LinkResponse, J
     def balance(friction: Mapping[int, Columns] | None, flank: Mapping[int, Columns] | None) -> JointForces:
         if surplus:
             return _indeterminate_forces(problem, more, friction, flank)
-        return balancing_forces(motion, more, flank, friction)
+        return balancing_forces(motion, more, flank=flank, friction=friction)
 
     vibrating = {number: (rate, creep) for number, rate, creep in added.sliding} if added is not None else {}
     forces = forces_with_friction(motion, balance, vibrating)
@@ -269,11 +269,12 @@ def _indeterminate_forces(
 ) -> JointForces:
     """Return the joint forces with which the bent links of a statically indeterminate mechanism fit together.
 
-    `given` contains the loaded tooth flank of each gear. If `given` is None, these flanks are found by iteration.
+    `given` contains the loaded tooth flank of each gear. If it is empty or None, these flanks are found by iteration,
+    in at most `MAX_FLANK_ROUNDS` rounds.
     """
     motion, flank = problem.motion, given
     for _ in range(MAX_FLANK_ROUNDS):
-        forces = balancing_forces(motion, more, flank, friction)
+        forces = balancing_forces(motion, more, flank=flank, friction=friction)
         states = self_stresses(motion.closures, forces.flank)
         forces = compatible_forces(problem, forces, bent_links(problem, forces)[1], states)
         flank = loaded_flanks(forces)

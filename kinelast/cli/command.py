@@ -254,29 +254,24 @@ def _run(request: Request, batch: Batch) -> int:
         with ignored_interrupts():
             kept = "finished scenes are kept, continue with --resume"
             status = _stopped(stop, f" after {len(outcomes)} of {len(tasks)} scenes; {kept}")
-            _close(outcomes, len(tasks), len(problems), batch, begin, request.tables)
+            _close(outcomes, len(tasks), len(problems), batch, begin, "parquet" in request.tables)
         return status
-    _close(outcomes, len(tasks), len(problems), batch, begin, request.tables)
+    _close(outcomes, len(tasks), len(problems), batch, begin, "parquet" in request.tables)
     return status
 
 
 def _close(
-    outcomes: Sequence[tuple[Task, Outcome]],
-    tasks: int,
-    refused: int,
-    batch: Batch,
-    begin: float,
-    others: Sequence[str],
+    outcomes: Sequence[tuple[Task, Outcome]], tasks: int, refused: int, batch: Batch, begin: float, parquet: bool
 ) -> None:
     """Print the number of finished, failed and skipped scenes, and write a table of all scenes.
 
     For a single scene, and for structures and sweeps, do nothing. `refused` is the number of invalid scene arguments.
-    `others` are additional file formats of the table.
+    If `parquet` is True, the table is also written as Parquet.
     """
     if tasks + refused < 2 or batch.structure or batch.sweep or batch.design is not None:
         return
     if outcomes:
-        _summarize(outcomes, batch.out, others)
+        _summarize(outcomes, batch.out, parquet)
     states = Counter(outcome.state for _, outcome in outcomes)
     states[FAILED] += refused
     if not batch.quiet:
@@ -300,8 +295,8 @@ def _named_once(line: str, task: Task) -> str:
     return line.removeprefix(head) if line.startswith(f"{head}{plain(str(task.path), 600)}: ") else line
 
 
-def _summarize(outcomes: Sequence[tuple[Task, Outcome]], out: Path, others: Sequence[str]) -> None:
-    """Write the table of all scenes. `others` are additional file formats."""
+def _summarize(outcomes: Sequence[tuple[Task, Outcome]], out: Path, parquet: bool) -> None:
+    """Write the table of all scenes, also as Parquet if `parquet` is True."""
     from kinelast.outputs.batch import summary_row, write_batch
 
     rows = {}
@@ -311,6 +306,6 @@ def _summarize(outcomes: Sequence[tuple[Task, Outcome]], out: Path, others: Sequ
     try:
         out.mkdir(parents=True, exist_ok=True)
         seconds = {name: outcome.seconds for name, (_, outcome) in zip(rows, outcomes, strict=True)}
-        write_batch(out, {row[0]: row for row in rows.values()}, seconds, others)
+        write_batch(out, {row[0]: row for row in rows.values()}, seconds, parquet)
     except (RequestError, OSError, ValueError) as error:
         say(f"deflection-report: summary of all scenes: {error}", sys.stderr)

@@ -92,20 +92,21 @@ def summary_row(outcome: Outcome, name: str) -> list[Any]:
 
 
 def write_batch(
-    out: Path, rows: Mapping[str, Sequence[Any]], seconds: Mapping[str, float], others: Sequence[str] = ()
+    out: Path, rows: Mapping[str, Sequence[Any]], seconds: Mapping[str, float], parquet: bool = False
 ) -> None:
     """Write the tables of a batch.
 
-    The tables keep the rows that earlier batches wrote, if the result folders of the scenes still exist.
+    The tables keep the rows that earlier batches wrote, if the result folders of the scenes still exist. New rows
+    replace those of the same scenes.
 
     Parameters
     ----------
     rows, seconds
         Row (see `summary_row`) and computing time [s] of each scene. The keys are the names of the result folders in
         `out`.
-    others
-        Formats in addition to CSV and HTML. Only "parquet" has an effect. If summary.parquet already exists and pyarrow
-        is installed, the file is updated even without "parquet".
+    parquet
+        Whether to write summary.parquet too. If this file already exists and pyarrow is installed, it is updated in any
+        case.
 
     Raises
     ------
@@ -114,7 +115,7 @@ def write_batch(
     OSError
         A file cannot be written.
     """
-    path, head = out / "summary.csv", _table([]).headings
+    path, head = out / "summary.csv", [Column(name, (), unit).heading for name, unit in HEAD]
 
     def merged() -> bytes:
         before = csv_rows(path.read_bytes())[1:] if path.exists() else []
@@ -125,10 +126,10 @@ def write_batch(
     whole = csv_rows(path.read_bytes())[1:]
     index = out / "index.html"
     rewritten(index, lambda: MARK in index.read_bytes(), lambda: index_page(out, head, whole, seconds))
-    parquet = out / "summary.parquet"
-    if "parquet" in others or (parquet.exists() and find_spec("pyarrow")):
+    other = out / "summary.parquet"
+    if parquet or (other.exists() and find_spec("pyarrow")):
         about = {"kinelast": "summary"}
-        rewritten(parquet, lambda: _marked(parquet), lambda: parquet_bytes(_table(list(map(_read, whole))), about))
+        rewritten(other, lambda: _marked(other), lambda: parquet_bytes(_table(list(map(_read, whole))), about))
 
 
 def _table(rows: Sequence[Sequence[Any]]) -> Table:
@@ -138,10 +139,8 @@ def _table(rows: Sequence[Sequence[Any]]) -> Table:
 
 def _read(row: Sequence[str]) -> list[Any]:
     """Convert the cells of a row of summary.csv from text to numbers, and empty cells to None."""
-    return [
-        (float(cell) if cell else None) if unit else int(cell) if name == "status" else cell or None
-        for (name, unit), cell in zip(HEAD, row, strict=True)
-    ]
+    kinds = [int if name == "status" else float if unit else str for name, unit in HEAD]
+    return [kind(cell) if cell else None for kind, cell in zip(kinds, row, strict=True)]
 
 
 def _marked(path: Path) -> bool:

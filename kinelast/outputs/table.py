@@ -1,7 +1,7 @@
 """Tables, and the file formats of tables (CSV, Parquet, HTML and XLSX). Each column has a name and a unit.
 
 To add a format, write a function that converts a table to bytes, and add the function to `FORMATS`. The option
-`--tables` accepts all formats in `FORMATS`, and the help text of `--tables` lists the formats.
+`--tables` accepts all formats in `FORMATS`. Its help text in `kinelast/tasks/request.py` names them.
 """
 
 from __future__ import annotations

@@ -59,7 +59,7 @@ def _torsion_springs(results: Results) -> Iterator[Finding]:
         steps = np.diff(winding, append=winding[:1] if results.scene.run.turn else winding[-1:])
         if np.nan_to_num(np.abs(steps)).max(initial=0.0) > np.pi:
             jump = quantity(2.0 * np.pi * float(np.ravel(spring.stiffness)[0]), "N m", 3)
-            text = f"The torsion spring at {spring.at} turns fully: its moment jumps by {jump} at half a turn from rest."
+            text = f"The torsion spring at {spring.at} turns fully: its moment jumps by {jump} half a turn from rest."
             yield Finding(CAUTION, HEADING, f"{text} Use a torsion spring only at a pin that swings.")
 
 

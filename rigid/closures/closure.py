@@ -68,9 +68,10 @@ def closure(
 ) -> Closure:
     """Factorise the linear problem of a placed group for all right-hand sides."""
     effects = columns(group, tree, cut)
-    duals, tensions = (
-        _redundant_duals(effects, len(cut)) if 2 * len(cut) > len(effects) else (_duals(effects, len(cut)), ())
-    )
+    if 2 * len(cut) > len(effects):
+        duals, tensions = _redundant_duals(effects, len(cut))
+    else:
+        duals, tensions = _duals(effects, len(cut)), ()
     return Closure(group, tree, cut, duals, tensions, sine, rings=rings)
 
 
@@ -83,11 +84,11 @@ def columns(group: Group, tree: Sequence[JointPlace], cut: Sequence[JointPlace])
         for end, arm, sign in ends:
             link, reach = end, arm
             while link in carrier:
-                number = carrier[link]
-                hinge = tree[number]
+                at = carrier[link]
+                hinge = tree[at]
                 reach = reach - hinge.arm_child
                 if not hinge.joint.moved:
-                    k = group.free.index(number)
+                    k = group.free.index(at)
                     effects[k][c] = effects[k][c] + closing.row(*hinge.effect(reach, sign))
                 reach = reach + hinge.arm_parent
                 link = hinge.joint.parent
@@ -134,7 +135,11 @@ def equations(effects: list[list[Columns]]) -> Reals:
 
 
 def _complex_rows(rows: Reals) -> Complexes:
-    """Convert the rows of an inverse, shape (free, 2 cuts, ..., positions), to dual vectors."""
+    """Convert the rows of an inverse, shape (free, 2 cuts, ..., positions), to dual vectors.
+
+    The product of a dual vector and a gap is the imaginary part of their complex product, so the entries for the real
+    part of the gap become imaginary parts.
+    """
     return rows[:, 1::2] + 1j * rows[:, 0::2]
 
 
