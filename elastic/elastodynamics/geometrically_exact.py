@@ -224,8 +224,6 @@ def _with_vibration(
     """Replace the vibration of a solution, and the attributes that describe its discretization and errors."""
     return replace(
         answer,
-        coordinates=vibration.history[0].shape[1],
-        elements=len(vibration.problem.terms.grid.steps),
         time_error=grid_error,
         reduction_error=reduction_error,
         vibration=vibration,

@@ -61,8 +61,6 @@ class Elastodynamic(Struct, frozen=True, eq=False, dict=True):
     multipliers
         Floquet multipliers, i.e. factors by which free vibrations grow in a cycle or, without a cycle, in the run,
         complex, shape (2 coordinates,); empty if no link vibrates.
-    coordinates, elements
-        Number of reduced coordinates, and number of time elements.
     time_error
         Error due to the finite length of the time elements, relative to the largest displacement.
     reduction_error
@@ -83,8 +81,6 @@ class Elastodynamic(Struct, frozen=True, eq=False, dict=True):
     damping: Damping
     lowest: float
     multipliers: Numbers
-    coordinates: int
-    elements: int
     time_error: float
     reduction_error: float
     vibration: Vibration | None = None
@@ -94,6 +90,16 @@ class Elastodynamic(Struct, frozen=True, eq=False, dict=True):
 
     def __repr__(self) -> str:
         return f"Elastodynamic({self.coordinates} coordinates, {self.elements} elements, growth {self.growth:.3g})"
+
+    @property
+    def coordinates(self) -> int:
+        """Number of reduced coordinates."""
+        return 0 if self.vibration is None else self.vibration.history[0].shape[1]
+
+    @property
+    def elements(self) -> int:
+        """Number of time elements."""
+        return max(len(self.edges) - 1, 0)
 
     @property
     def edges(self) -> Reals:
@@ -211,42 +217,28 @@ def refined_solution(
     checked(motion)
     quasi_static = static or deflection(motion, model.sections, model.joints)
     if model.cycle is None:
-        no_multipliers = np.zeros(0, complex)
-        return Elastodynamic(quasi_static, quasi_static, model.damping, np.inf, no_multipliers, 0, 0, 0.0, 0.0)
+        return Elastodynamic(quasi_static, quasi_static, model.damping, np.inf, np.zeros(0, complex), 0.0, 0.0)
     lowest = float(model.cycle.omega.min())
     discretization = replace(first_discretization(model, tolerance), start=start)
-    best: Any = None
+    best: Elastodynamic | None = None
     dry_friction = has_dry_friction(motion.mechanism)
     for _ in range(VIBRATION.max_refinements_with_friction if dry_friction else VIBRATION.max_refinements):
         solved, reduced, grid, grid_error = resolved_in_time(discretization, grid, tolerance)
-        error = reduced + grid_error
-        if best is None or error < best[0]:  # if loads jump, more coordinates may increase the error
-            best = error, solved, reduced, grid, grid_error, discretization
-        finer = (
-            None
-            if reduced <= tolerance or not solved.stable or grid_error > discretization.time_tolerance
-            else discretization.finer(reduced, VIBRATION.max_entries // array_size_per_amplitude(discretization, grid))
-        )
+        given = model.damping, lowest, solved.multipliers, grid_error, reduced, solved, discretization
+        found = Elastodynamic(quasi_static, quasi_static, *given)
+        if best is None or found.discretization_error < best.discretization_error:  # jumps of loads may increase it
+            best = found
+        if reduced <= tolerance or not solved.stable or grid_error > discretization.time_tolerance:
+            break
+        most = VIBRATION.max_entries // array_size_per_amplitude(discretization, grid)
+        finer = discretization.finer(reduced, most)
         if finer is None or array_size(finer, grid) > VIBRATION.max_entries:
             break
         discretization = finer
-    _, solved, reduced, grid, grid_error, discretization = best
-    loads = resampled(solved.loads, solved.sampler(motion.time))
-    bent = deflection(motion, model.sections, model.joints, loads)
-    size = solved.history[0].shape[1]
-    answer = Elastodynamic(
-        bent,
-        quasi_static,
-        model.damping,
-        lowest,
-        solved.multipliers,
-        size,
-        len(grid.steps),
-        grid_error,
-        reduced,
-        solved,
-        discretization,
-    )
+    assert best is not None
+    assert best.vibration is not None
+    loads = resampled(best.vibration.loads, best.vibration.sampler(motion.time))
+    answer = replace(best, deflection=deflection(motion, model.sections, model.joints, loads))
     return answer if answer.stable else with_nan_fields(answer)
 
 
