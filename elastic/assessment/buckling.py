@@ -100,28 +100,27 @@ def buckling_ratio(deflection: Deflection, counted: Flags | bool = True, resolve
     resolved
         The search over the positions may miss the largest ratio if it is below this value.
     """
-    of_links = np.where(counted, np.nan_to_num(buckling_bound(deflection)), 0.0)
-    bound = of_links.max(axis=0)
-    pressed = np.flatnonzero(bound)
-    bound, of_links = bound[pressed], of_links[:, pressed]
-    links = len(deflection.motion.mechanism.links)
-    ratios = np.full((links, len(pressed)), UNKNOWN)
-    if not len(pressed):
+    bounds = np.where(counted, np.nan_to_num(buckling_bound(deflection)), 0.0)
+    loaded = np.flatnonzero(bounds.max(axis=0))  # positions at which a link may be compressed
+    bounds = bounds[:, loaded]
+    bound, links = bounds.max(axis=0), len(deflection.motion.mechanism.links)
+    ratios = np.full((links, len(loaded)), UNKNOWN)
+    if not len(loaded):
         return Buckling(np.zeros(links), np.zeros(links, int), np.zeros(links))
     count = EVEN_POSITIONS if deflection.added is None else VIBRATING_POSITIONS
-    even = np.linspace(0, len(pressed) - 1, count).round().astype(int)
-    some = distinct([*even, bound.argmax(), *of_links.argmax(axis=-1)])
+    even = np.linspace(0, len(loaded) - 1, count).round().astype(int)
+    some = distinct([*even, bound.argmax(), *bounds.argmax(axis=-1)])
     try:
         roots = BucklingModes(deflection)
         while len(some):
-            ratios[:, some] = np.nan_to_num(roots.of_links(pressed[some])).T
+            ratios[:, some] = np.nan_to_num(roots.of_links(loaded[some])).T
             some = _next_positions(ratios, bound, resolved)
     except np.linalg.LinAlgError:  # redundant rigid joints, or unrealistic dimensions
         return Buckling(np.full(links, np.nan), np.zeros(links, int), np.zeros(links))
     best, largest = ratios.argmax(axis=1), ratios.max(axis=1)
-    nearby = np.array([ratios[range(links), np.clip(best + step, 0, len(pressed) - 1)] for step in (-1, 1)])
+    nearby = np.array([ratios[range(links), np.clip(best + step, 0, len(loaded) - 1)] for step in (-1, 1)])
     lower = np.where(nearby == UNKNOWN, largest, nearby).min(axis=0)
-    return Buckling(largest, pressed[best], largest - lower)
+    return Buckling(largest, loaded[best], largest - lower)
 
 
 def _next_positions(ratios: Reals, bound: Reals, resolved: float) -> Integers:
@@ -200,9 +199,10 @@ class BucklingModes:
         geometric, moved = geometric[known], moved[known]
         values, modes = self._solved(geometric, moved, pressing[known])
         values = np.where(values > ROUND_OFF * np.abs(values).max(axis=-1, keepdims=True), values, 0.0)
+        # the largest ratio of each link is among the highest modes
         values, modes = (part[..., -2 * ratio.shape[1] :] for part in (values, modes))
-        pressed = np.where(values > 0.0, values, 0.0)
-        ratio[known] = (self._shares(geometric, moved, modes) * pressed).max(axis=-1, initial=0.0).T
+        positive = np.where(values > 0.0, values, 0.0)
+        ratio[known] = (self._shares(geometric, moved, modes) * positive).max(axis=-1, initial=0.0).T
         return ratio
 
     def frequencies(self, some: Integers, motion_at: MotionAt | None = None) -> tuple[Reals, Reals]:
@@ -219,10 +219,10 @@ class BucklingModes:
         geometric, moved = self.geometric[some], self._moved(some)
         at_masses = self._at_masses(replace(self.motion, direction=self.motion.direction[:, some]), moved)
         mass: Reals = (np.conj(at_masses).swapaxes(-1, -2) @ at_masses).real
-        own = geometric.stiffness(moved, moved)
+        more = geometric.stiffness(moved, moved)
         if motion_at is not None:
-            own = own + self._stiffness_by_motion(some, motion_at)
-        stiffness: Reals = np.eye(len(mass[0])) + (own + own.swapaxes(-1, -2)) / 2.0
+            more = more + self._stiffness_by_motion(some, motion_at)
+        stiffness: Reals = np.eye(len(mass[0])) + (more + more.swapaxes(-1, -2)) / 2.0
         free: Reals = 1.0 / np.sqrt(np.linalg.eigvalsh(mass)[:, -1])
         loaded, stable = np.zeros_like(free), np.linalg.eigvalsh(stiffness)[:, 0] > ROUND_OFF
         back = np.linalg.inv(np.linalg.cholesky(stiffness[stable]))
@@ -277,11 +277,12 @@ class BucklingModes:
         A complex root gets the load ratio 0. Each mode is one column, i.e. one index of the last axis.
         """
         springs = [effect.form(moved, moved) for effect in geometric.effects if effect.elastic]
+        # transformation to shapes with unit stiffness of links and springs together
         back: Reals = np.eye(pressing.shape[-1])
         if springs:
-            own = sum(springs)
-            back = np.linalg.inv(np.linalg.cholesky(np.eye(len(back)) + own)).swapaxes(-1, -2)
-            pressing = back.swapaxes(-1, -2) @ (pressing + own) @ back
+            of_springs = sum(springs)
+            back = np.linalg.inv(np.linalg.cholesky(np.eye(len(back)) + of_springs)).swapaxes(-1, -2)
+            pressing = back.swapaxes(-1, -2) @ (pressing + of_springs) @ back
         if self.symmetric:
             values, modes = np.linalg.eigh(pressing)
             return values, back @ modes

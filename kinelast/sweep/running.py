@@ -1,25 +1,20 @@
 """Execution of a sweep of any size. Chunks of designs are computed in parallel, and stored when complete.
 
-Chunks are computed by processes, or by the workers of a dask scheduler. A worker receives the scene and the plan once,
-when the worker connects. Afterwards, the worker receives only the indices of chunks. If a worker is lost, dask assigns
-its chunks to other workers. Only a few chunks per worker are queued, so that the memory does not grow with the size of
-the sweep.
+Chunks are computed by processes, or by the workers of a dask scheduler (see `cluster`).
 """
 
-import secrets
-import time
 import traceback
-from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
-from contextlib import closing, suppress
-from itertools import islice
+from collections.abc import Generator, Iterator, Mapping, Sequence
+from contextlib import closing
 from pathlib import Path
-from typing import Any, Protocol, TypeVar
+from typing import Any, Protocol
 
 import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
 from kinelast.outputs.outbox import locked
+from kinelast.sweep.cluster import chunks_by_cluster
 from kinelast.sweep.manifest import Manifest, read_manifest, require_same, versions
 from kinelast.sweep.store import CSV, Store, encoded, store_name
 from kinelast.tasks.processes import Lost, map_surviving
@@ -155,17 +150,17 @@ def _prepared(store: Store, requested: Manifest, resume: bool) -> Manifest:
 
     If the sweep is resumed, the result is the manifest stored in the folder. Otherwise the result is `requested`.
     """
-    folder, kept = store.folder, read_manifest(store.folder)
-    if kept is None:
+    folder, stored = store.folder, read_manifest(store.folder)
+    if stored is None:
         store.require_free()
     elif resume:
-        require_same(kept, requested, folder)
+        require_same(stored, requested, folder)
         store.tidy()
-        return kept
+        return stored
     else:
-        old = Store(folder, kept.store)
-        if not kept.complete and (done := old.checked(kept)[0]):
-            part = f"{kept.count(done)} of {kept.designs} designs of an incomplete sweep"
+        old = Store(folder, stored.store)
+        if not stored.complete and (done := old.checked(stored)[0]):
+            part = f"{stored.count(done)} of {stored.designs} designs of an incomplete sweep"
             raise RequestError(f"{folder} contains {part}: continue with --resume, or remove it")
         old.clear()
     store.note(requested)
@@ -195,7 +190,8 @@ def _verified(store: Store, manifest: Manifest, progress: Progress) -> tuple[Man
 def _chunks(numbers: Sequence[int]) -> str:
     """Return a text that names chunks by index, at most `MAX_NAMED` of them."""
     more = f" and {len(numbers) - MAX_NAMED} more" if len(numbers) > MAX_NAMED else ""
-    return f"chunk{'s'[: len(numbers) > 1]} {', '.join(map(str, numbers[:MAX_NAMED]))}{more}"
+    noun = "chunks" if len(numbers) > 1 else "chunk"
+    return f"{noun} {', '.join(map(str, numbers[:MAX_NAMED]))}{more}"
 
 
 def _computed(
@@ -209,10 +205,10 @@ def _computed(
 ) -> Manifest:
     """Compute and store the missing chunks, damaged chunks first; return the manifest with the failed chunks."""
     failed: dict[int, str] = {}
-    first = [*wrong, *(number for number in range(manifest.chunks) if number not in store.kept and number not in wrong)]
-    with closing(
-        _chunk_results(ChunkWork(compute, manifest), iter(first), min(jobs, len(first)), scheduler, progress)
-    ) as coming:
+    done = {*store.kept, *wrong}
+    missing = [*wrong, *(number for number in range(manifest.chunks) if number not in done)]
+    work = ChunkWork(compute, manifest)
+    with closing(_chunk_results(work, iter(missing), min(jobs, len(missing)), scheduler, progress)) as coming:
         for number, answer in coming:
             chunk = _checked_columns(answer, manifest)
             if isinstance(chunk, str):
@@ -239,7 +235,7 @@ def _chunk_results(
     The chunks are computed by the workers of a scheduler, by parallel processes, or by the current process.
     """
     if scheduler is not None:
-        return cluster_answers(work, numbers, scheduler, progress)
+        return chunks_by_cluster(work, numbers, scheduler, progress)
     if jobs > 1:
         return map_surviving(work, numbers, jobs, MAX_TRIES)
     return ((number, work(number)) for number in numbers)
@@ -289,106 +285,3 @@ def filled(state: SweepState, cells: Mapping[int, Mapping[str, Any]]) -> SweepSt
 def _not_written(error: OSError, folder: Path) -> str:
     """Return the reason why a file in a folder cannot be written."""
     return "not written: " + plain(f"{error.filename or folder}: {(error.strerror or str(error)).lower()}", 300)
-
-
-CHUNKS_PER_THREAD = 3  # number of running or queued chunks per thread of the workers
-COUNT_INTERVAL = 5.0  # [s] the threads of all workers are counted again after this time
-TIMEOUT = "10s"  # time limit for the connection to a scheduler
-A = TypeVar("A")
-
-
-def cluster_answers(
-    work: Callable[[int], A], numbers: Iterator[int], address: str, progress: Progress = SILENT
-) -> Generator[tuple[int, A | Lost], None, None]:
-    """Compute chunks by the workers of a dask scheduler; yield the index and the result of each chunk.
-
-    The results are yielded in the order of arrival. If workers repeatedly die during the computation of a chunk, the
-    result of this chunk is `Lost`.
-
-    Raises
-    ------
-    RequestError
-        Dask is not installed. There is no scheduler at the address. The workers cannot load kinelast, or have other
-        software versions than this computer.
-    ConnectionError
-        The connection to the scheduler is lost.
-    """
-    try:
-        from distributed import Client
-    except ModuleNotFoundError:
-        raise RequestError('--scheduler needs dask: pip install "distributed" "pyarrow"') from None
-    try:
-        client = Client(address, timeout=TIMEOUT, set_as_default=False)
-    except (OSError, ValueError) as error:
-        problem = f'there is no answer from "{plain(address, 200)}" ({_error_text(error)})'
-        raise RequestError(f"--scheduler: {problem}") from None
-    name = f"kinelast-{secrets.token_hex(8)}"
-    try:
-        _send(client, name, work)
-        if not client.nthreads():
-            shown = plain(address, 200)
-            progress.tell(f'--scheduler: "{shown}" has no workers yet, start one: dask worker {shown}')
-        yield from _results(client, name, numbers)
-    finally:
-        with suppress(Exception):  # ignore errors, because the scheduler may have stopped
-            client.unregister_worker_plugin(name)
-        client.close(timeout=1)
-
-
-def _send(client: Any, name: str, work: Callable[[int], Any]) -> None:
-    """Send `work` to all workers of a scheduler, including workers that connect later."""
-    from distributed import WorkerPlugin
-
-    class StoredWork(WorkerPlugin):  # type: ignore[misc]  # local class: pickled by value
-        """Plugin that stores the function `work` on a worker."""
-
-        def __init__(self, work: Callable[[int], Any]) -> None:
-            self.work = work
-
-    try:
-        client.register_plugin(StoredWork(work), name=name)
-    except Exception as error:
-        problem = f"the workers cannot load the task ({_error_text(error)}): is kinelast installed there?"
-        raise RequestError(f"--scheduler: {problem}") from None
-
-
-def _answer(name: str, number: int) -> tuple[dict[str, str], Any]:
-    """Compute a chunk on a worker; return the software versions on the worker, and the result."""
-    from distributed import get_worker
-
-    return versions(), get_worker().plugins[name].work(number)
-
-
-def _results(client: Any, name: str, numbers: Iterator[int]) -> Generator[tuple[int, Any], None, None]:
-    """Submit enough chunks to keep the workers busy; yield the index and the result of each chunk on arrival."""
-    from distributed import as_completed
-    from distributed.scheduler import KilledWorker
-
-    coming, numbered, here = as_completed(loop=client.loop), dict[str, int](), versions()
-    most, counted = 0, -COUNT_INTERVAL
-    while True:
-        if time.monotonic() > counted + COUNT_INTERVAL:
-            most, counted = CHUNKS_PER_THREAD * max(1, sum(client.nthreads().values())), time.monotonic()
-        for number in islice(numbers, max(0, most - len(numbered))):
-            future = client.submit(_answer, name, number, key=f"{name}-{number}", pure=False)
-            numbered[future.key] = number
-            coming.add(future)
-        if not numbered:
-            return
-        future = next(coming)
-        number = numbered.pop(future.key)
-        try:
-            there, answer = future.result()
-        except KilledWorker as error:
-            yield number, Lost(_error_text(error))
-            continue
-        except Exception as error:
-            raise ConnectionError(f"--scheduler: the connection is lost ({_error_text(error)})") from None
-        future.release()
-        if there != here:
-            raise RequestError(f"--scheduler: a worker has {there}, but this computer has {here}: results would differ")
-        yield number, answer
-
-
-def _error_text(error: BaseException) -> str:
-    return plain(f"{type(error).__name__}: {error}", 200)
