@@ -26,7 +26,7 @@ from kinelast.reports.limits import KEPT, SEVERITY, TOO_NEAR, UNKNOWN, outcome_i
 from kinelast.reports.report import Verdict, report_from
 from kinelast.reports.summary import report_of
 from kinelast.runs import computed
-from kinelast.scene.data import GEOMETRICALLY_EXACT
+from kinelast.scene.data import GEOMETRICALLY_EXACT, Theory
 from kinelast.tasks.request import Request
 from kinelast.values.figure import Limit
 from kinelast.values.reading import reading
@@ -178,7 +178,7 @@ def test_an_accuracy_is_advised_only_if_it_is_finer_and_can_be_reached(parts, ai
     """
     error = FigureError(parts)
     main_figures = [MainFigure("deflection", 0, 1.0, 1.0, error.without([TIME]))]
-    answer = SimpleNamespace(theory=GEOMETRICALLY_EXACT, accuracy=None, wanted=0.05, finer=False)
+    answer = SimpleNamespace(theory=GEOMETRICALLY_EXACT, requested=Theory(), finer=False)
     scene = SimpleNamespace(theory=SimpleNamespace(plain=False, name=None), course=None)
     results = SimpleNamespace(answer=answer, main_figures=main_figures, scene=scene, nonlinear=None)
     assert advice in nearer(results, error, 1.0, aim)

@@ -20,7 +20,7 @@ from sweeps import IDENTITY, Parabolas, tree
 from tiers import in_tiers
 
 from kinelast.outputs.outbox import locked
-from kinelast.sweep import running, store
+from kinelast.sweep import cluster, running, store
 from kinelast.sweep.manifest import read_manifest
 from kinelast.sweep.running import run_plan
 from kinelast.sweep.store import stored_chunks
@@ -455,6 +455,6 @@ def test_a_sweep_waits_for_workers_and_says_so(tmp_path):
 
 def test_a_missing_scheduler_is_an_error(tmp_path, monkeypatch):
     pytest.importorskip("distributed", reason="dask.distributed is not installed")
-    monkeypatch.setattr(running, "TIMEOUT", "0.2s")
+    monkeypatch.setattr(cluster, "TIMEOUT", "0.2s")
     with pytest.raises(RequestError, match=r'--scheduler: there is no answer from "tcp://127.0.0.1:9"'):
         sweep(tmp_path, scheduler="tcp://127.0.0.1:9")

@@ -50,7 +50,7 @@ def jump_findings(results: Results) -> Iterator[Finding]:
 
 
 def _torsion_springs(results: Results) -> Iterator[Finding]:
-    """Yield a finding for each torsion spring whose angle passes half a turn from its rest angle."""
+    """Yield a finding for each torsion spring that turns past half a turn from its rest angle."""
     motion = results.motion
     for spring in results.mechanism.loads:
         if not isinstance(spring, TorsionSpring) or not np.any(spring.stiffness):
