@@ -119,7 +119,7 @@ def build_joints(scene: SceneTable, mechanism: Mechanism) -> dict[str, JointComp
     for name, table, count in _tables_with(scene, mechanism, ("compliance", "rotation", "gap", "turn")):
         where = f"joints.{name}"
         if count > 1:
-            raise fault(where, "", f"{count} joints have this name: expected one for compliance")
+            raise fault(where, "", f"{count} joints have this name: only a pin of two links can be compliant")
         for key in ("rotation", "turn"):
             if getattr(table, key) is not None and name not in (*mechanism.slider_points, *driven, *scene.welds):
                 raise fault(where, key, "a pin without a drive carries no moment: remove the key")
@@ -140,7 +140,7 @@ def build_friction(scene: SceneTable, mechanism: Mechanism) -> dict[str, Frictio
         if name in scene.welds:
             raise fault(where, "friction", "the links are welded here: no friction")
         if count > 1:
-            raise fault(where, "friction", f"{count} joints have this name: expected one for friction")
+            raise fault(where, "friction", f"{count} joints have this name: only a pin of two links can have friction")
         friction[name] = _friction(where, table, name in mechanism.slider_points)
     return friction
 
