@@ -373,3 +373,47 @@ def test_a_safety_factor_has_the_relative_error_of_the_stress_of_links_of_differ
 def test_the_error_of_a_largest_value_covers_items_that_may_be_larger(over, values, best, expected):
     peaks = [SimpleNamespace(value=value, error_size=error) for value, error in values]
     assert error_of_extreme(peaks, best, over) == pytest.approx(expected)
+
+
+COLUMN = """
+[points]
+A = [0, 0]
+B = [0.5, 0]
+Z = [9, 0]
+Y = [9.1, 0]
+[links.ground]
+points = ["A", "Z"]
+[links.column]
+points = ["A", "B"]
+section = "round 12"
+material = "S235"
+[links.block]
+points = ["B"]
+mass = 0.001
+[sliders.guide]
+link = "block"
+through = "B"
+direction = [1, 0]
+[[loads]]
+link = "block"
+point = "B"
+force = [-2000, {across}]
+[links.dummy]
+points = ["Z", "Y"]
+rigid = true
+mass = 0
+[[drives]]
+link = "dummy"
+speed = "1 rpm"
+[run]
+positions = 4
+"""
+
+
+@pytest.mark.parametrize("across", [0, 500])
+def test_round_off_of_a_bending_that_is_zero_is_no_error(across):
+    """A column under its axial load has no rotation, so relative errors in rotations are meaningless."""
+    results = computed(scene_from_text(COLUMN.format(across=across)), Request())
+    (stress,) = results.figures.peaks["stress"]
+    assert abs(stress.value) == pytest.approx(2000 / (np.pi * 0.012**2 / 4), rel=1e-9)
+    assert stress.error_size < 1e-4 * abs(stress.value)

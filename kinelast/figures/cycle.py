@@ -34,6 +34,7 @@ MAX_CONDITION = 1e6  # ill-conditioned positions, with a larger condition number
 STATIONS = 15  # number of locations along a beam at which the results of two theories are compared
 AT_STATIONS = np.linspace(0.0, 1.0, STATIONS)
 INSTANTS = 12  # number of positions at which natural frequencies are computed, in addition to some around the minimum
+MIN_BENDING = 1e-9  # smaller chord deflections are round-off, relative to the largest axial displacement
 SETTLED = 1e-5  # relative tolerance of natural frequencies of several designs, small enough for difference quotients
 
 
@@ -279,10 +280,12 @@ class Cycle:
     def bending(self) -> Reals:
         """The chord deflection relative to its maximum over the cycle, shape (..., positions).
 
-        This is the largest ratio of all beams.
+        This is the largest ratio of all beams. It is about 0 if the links only stretch.
         """
         sizes = np.abs(sample(self.deflection, "chord", STATIONS)).max(axis=-1)
+        stretch = np.abs(sample(self.deflection, "u", np.ones(1))).max(initial=0.0, where=~self.lost[..., None])
         base = elastic.reference_deflection(np.nan_to_num(sizes).max(axis=-1))[..., None]
+        base = np.maximum(base, MIN_BENDING * stretch)
         share = np.divide(sizes, base, out=np.zeros_like(sizes), where=base > 0.0)
         return share.max(axis=0, initial=0.0)
 
