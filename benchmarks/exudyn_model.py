@@ -236,8 +236,7 @@ class ExudynModel:
             return
         assert isinstance(load, TorsionSpring)
         assert index[load.on] == 0
-        turned = float(np.angle(self.begun.direction[index[load.link], 0])) - float(load.angle)
-        turned -= 2 * math.pi * round(turned / (2 * math.pi))
+        turned = float(load.winding(self.begun)[0])
         self.mbs.AddObject(
             self.items.ObjectConnectorCoordinateSpringDamper(
                 markerNumbers=[self.still, self.coordinate(self.end_of(load.link, load.at), 2)],

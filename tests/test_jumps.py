@@ -17,6 +17,7 @@ from kinelast.runs import computed
 from kinelast.scene.data import scene_deflection
 from kinelast.scene.document import scene_from_text
 from kinelast.tasks.request import Request
+from rigid import position_of
 
 PRESS = Path(__file__).parents[1] / "docs" / "gallery" / "toggle_press.toml"
 MASS, GRAVITY, FRICTION = 3.0, 10.0, 0.4
@@ -229,3 +230,48 @@ def test_a_torsion_spring_at_a_pin_that_turns_fully(link, turns):
     found = [each.text for each in jump_findings(results)]
     assert bool(found) == turns
     assert all("its moment jumps by 31.4 N·m" in each for each in found)
+
+
+RETURN_SPRING = """
+[points]
+O = [0, 0]
+A = [0.05, 0]
+B = [0.2, 0.15]
+D = [0.25, 0]
+[links.ground]
+points = ["O", "D"]
+[links.crank]
+points = ["O", "A"]
+rigid = true
+mass = 0
+[links.coupler]
+points = ["A", "B"]
+rigid = true
+mass = 0
+[links.rocker]
+points = ["D", "B"]
+rigid = true
+mass = 0
+[[springs]]
+link = "rocker"
+at = "D"
+stiffness = 20
+angle = "{angle} deg"
+[[drives]]
+link = "crank"
+speed = "30 rpm"
+[run]
+positions = 36
+"""
+
+
+@pytest.mark.parametrize("angle", in_tiers([-150, -60, 90, -600], 2, 2))
+def test_the_effort_against_a_wound_torsion_spring(angle):
+    """Virtual work: the rocker swings from 104 to 141 degrees, and a return spring may be wound by several turns."""
+    results = computed(scene_from_text(RETURN_SPRING.format(angle=angle)), Request())
+    motion = results.motion
+    rocker = motion.mechanism.index["rocker"]
+    place = position_of(motion, rocker, "B") - 0.25
+    moment = 20 * (np.angle(place) - np.radians(angle))
+    expected = moment * motion.angular_velocity[rocker] / np.pi  # 30 rpm
+    np.testing.assert_allclose(results.cycle.efforts[0], expected, atol=1e-9 * np.abs(expected).max())

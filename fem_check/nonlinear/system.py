@@ -272,12 +272,10 @@ class System(Struct, frozen=True, eq=False, dict=True):
         spring_stiffness, spring_damping = np.zeros((2, 1, pull.shape[1]))
         for spring in self.ties.springs:
             k = spring.coupling
-            stretch, stretch_rate = pairs.value[:, k] - spring.rest, opening[:, k]
+            stretch, stretch_rate = spring.stretch(pairs.value[:, k]), opening[:, k]
             if spring.drive is not None:
                 stretch = stretch - drives.coordinates[:, spring.drive]
                 stretch_rate = stretch_rate - drives.rates[:, spring.drive]
-            if spring.wraps:
-                stretch = np.remainder(stretch + np.pi, 2 * np.pi) - np.pi
             pull[:, k] += spring.preload + spring.stiffness * stretch + spring.damping * stretch_rate
             spring_stiffness[0, k] += spring.stiffness
             spring_damping[0, k] += spring.damping

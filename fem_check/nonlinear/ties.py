@@ -32,8 +32,8 @@ class CouplingSpring(Struct, frozen=True):
     """Spring and damper that act on a coupling c, i.e. a function of the coordinates of two nodes.
 
     The force is preload + stiffness s + damping ds/dt with s = c - rest - coordinate of the drive. If `drive` is None,
-    the coordinate of the drive is omitted. If `wraps` is True, the angle s is reduced to the range from -pi to pi
-    by full turns.
+    the coordinate of the drive is omitted. If `around` is given, c is an angle, to which full turns are added until it
+    differs from `around` by at most half a turn.
     """
 
     coupling: int
@@ -42,7 +42,13 @@ class CouplingSpring(Struct, frozen=True):
     drive: int | None = None
     damping: float = 0.0
     preload: float = 0.0
-    wraps: bool = False
+    around: float | None = None
+
+    def stretch(self, value: Reals) -> Reals:
+        """Return s for given values of the coupling, without the coordinate of the drive."""
+        if self.around is None:
+            return value - self.rest
+        return self.around + np.remainder(value - self.around + pi, 2 * pi) - pi - self.rest
 
 
 class JointSource(Struct, frozen=True):
@@ -317,14 +323,18 @@ class _TieBuilder:
         index = self.mechanism.index
         parent, child = (self.place(index[name], spring.at)[0] for name in (spring.on, spring.link))
         number = self.couple(NodeCoupling(CouplingKind.TURN, parent, child))
-        rest, wraps = float(spring.angle), True
+        drawn = self._drawn_value(self.ties.couplings[number])
+        turns = 2 * pi * round((drawn - float(spring.drawn(self.mechanism))) / (2 * pi))
+        rest: float = float(spring.angle) + turns
+        around: float | None = drawn
         for k, drive in enumerate(self.mechanism.drives):
             if not isinstance(drive, PinDrive) or drive.at != spring.at:
                 continue
             if {drive.link, drive.on} == {spring.link, spring.on}:
-                rest, wraps = rest + self.ties.winding[k] * (1 if drive.link == spring.link else -1), False
+                rest = float(spring.angle) + self.ties.winding[k] * (1 if drive.link == spring.link else -1)
+                around = None
         damping, preload = float(spring.damping), float(spring.preload)
-        self.ties.springs.append(CouplingSpring(number, float(spring.stiffness), rest, None, damping, preload, wraps))
+        self.ties.springs.append(CouplingSpring(number, float(spring.stiffness), rest, None, damping, preload, around))
 
 
 def place_of(mechanism: Mechanism, nodes: Nodes, link: int, point: str) -> tuple[int, complex]:

@@ -57,10 +57,17 @@ def _torsion_springs(results: Results) -> Iterator[Finding]:
             continue
         winding = np.broadcast_to(spring.winding(motion), motion.columns)
         steps = np.diff(winding, append=winding[:1] if results.scene.run.turn else winding[-1:])
+        wound = np.nan_to_num(np.abs(winding)).max(initial=0.0)
         if np.nan_to_num(np.abs(steps)).max(initial=0.0) > np.pi:
             jump = quantity(2.0 * np.pi * float(np.ravel(spring.stiffness)[0]), "N m", 3)
-            text = f"The torsion spring at {spring.at} turns fully: its moment jumps by {jump} half a turn from rest."
+            text = f"The torsion spring at {spring.at} turns fully: its moment jumps by {jump} once a turn."
             yield Finding(CAUTION, HEADING, f"{text} Use a torsion spring only at a pin that swings.")
+        elif wound > np.pi:
+            most = coordinate(float(wound), "rad", results.scene.shown_in)
+            text = (
+                f"The torsion spring at {spring.at} is wound by up to {most}. If another turn is meant, add or subtract"
+            )
+            yield Finding(OPEN, "Springs", f"{text} 360° at its angle.")
 
 
 def _jumps_of_forces(run: Deflection, bent: Deflection, before: Numbers, after: Numbers) -> Reals:

@@ -174,7 +174,7 @@ class SpringTable(StrictTable, frozen=True, kw_only=True):
     anchor: str | None = None  #: second end, on `on`
     length: q.Length | None = None  #: length at which the tension is `preload` [0]
     at: str | None = None  #: common pin of the links, for a torsion spring, instead of `point`
-    #: angle between the links at which the moment is `preload` [0]
+    #: angle between the links at which the moment is `preload`; a wound spring may need more than 180 degrees [0]
     angle: q.PlaneAngle | None = None
     stiffness: q.Stiffness | None = None  #: stiffness of the spring [0]
     damping: q.DampingConstant | None = None  #: damper in parallel [0]

@@ -7,10 +7,14 @@ from msgspec import Struct
 
 from rigid.arrays import Columns, Complexes, Real, Reals
 from rigid.constants import mass_constants
+from rigid.drawing import Drawing
 from rigid.kinematics import Motion, position_of, velocity_of
 from rigid.kinetostatics.loads import given_loads
+from rigid.mechanism import Mechanism
 from rigid.parts import GROUND, PointForce
 from rigid.plane import dot
+
+ROUND_OFF = 1e-9  # [rad] largest round-off of an angle in a drawing
 
 
 class Spring(Struct, frozen=True, eq=False):
@@ -97,8 +101,8 @@ class TorsionSpring(Struct, frozen=True, eq=False):
 
     The moment on `link` is `-(preload + stiffness (theta - angle) + damping dtheta/dt)`, and the opposite moment acts
     on `on`. theta is the angle of `link` relative to `on`. If a drive moves `link` relative to `on` at the pin, theta
-    is the drive coordinate, including full turns. Otherwise theta is the angle that differs from `angle` by at most
-    half a turn.
+    is the drive coordinate, including full turns. Otherwise theta is the angle that differs by at most half a turn from
+    the angle in the drawing, which is between -180 and 180 degrees. So a spring may be wound by several turns.
 
     Attributes
     ----------
@@ -145,7 +149,14 @@ class TorsionSpring(Struct, frozen=True, eq=False):
             if drive.joint == self.at and set(drive.links) == {self.link, self.on}:
                 return motion.drive[number] * (1.0 if drive.links[0] == self.link else -1.0) - self.angle
         one, other = (motion.direction[motion.mechanism.index[link]] for link in (self.link, self.on))
-        return np.angle(one * np.conj(other) * np.exp(-1j * np.asarray(self.angle)))
+        drawn = self.drawn(motion.mechanism)
+        return drawn + np.angle(one * np.conj(other) * np.exp(-1j * drawn)) - self.angle
+
+    def drawn(self, mechanism: Mechanism) -> Reals:
+        """Return theta in the drawing [rad], between -pi and pi; round-off does not change pi to -pi."""
+        drawing = Drawing(mechanism)
+        one, other = (drawing.direction(mechanism.index[link]) for link in (self.link, self.on))
+        return np.asarray(np.angle(one * np.conj(other) * np.exp(-1j * ROUND_OFF)) + ROUND_OFF)
 
     def _rate(self, motion: Motion) -> Reals:
         one, other = (motion.mechanism.index[link] for link in (self.link, self.on))

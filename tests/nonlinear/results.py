@@ -127,10 +127,8 @@ def _spring_energy(system, instants):
     total = np.zeros(len(instants.time))
     drives = system.drives(instants.time).coordinates
     for spring in system.ties.springs:
-        stretch = instants.state.couplings.value[:, spring.coupling] - spring.rest
+        stretch = spring.stretch(instants.state.couplings.value[:, spring.coupling])
         stretch = stretch - (0.0 if spring.drive is None else drives[:, spring.drive])
-        if spring.wraps:
-            stretch = np.remainder(stretch + np.pi, 2 * np.pi) - np.pi
         total += spring.preload * stretch + spring.stiffness * stretch**2 / 2
     return total
 
