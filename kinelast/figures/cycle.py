@@ -220,11 +220,17 @@ class Cycle:
         return replace(found, gain=self._gain(-known, found.position)) if self.between else found
 
     def _gain(self, size: Reals, position: Any) -> Reals:
-        """Return how much the peaks increase between the positions, as estimated by `peak_gain`."""
+        """Return how much the peaks increase between the positions, as estimated by `peak_gain`.
+
+        At several speeds, times are proportional to each other, so the increase follows from the times of the first.
+        The positions then include the start and the end of the cycle.
+        """
         run, time = self.scene.run, self.motion.time
+        period = float(run.duration) if run.turn and time.ndim == 1 else np.nan
+        time = time if time.ndim == 1 else time[0]
         if len(time) < 3 or np.shape(size)[-1] != len(time):
             return np.zeros(np.shape(position))
-        return elastic.peak_gain(size, position, time, float(run.duration) if run.turn else np.nan)
+        return elastic.peak_gain(size, position, time, period)
 
     @cached_property
     def coarser(self) -> Cycle:

@@ -11,7 +11,7 @@ import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
-from elastic import Deflection, Largest
+from elastic import Deflection, Largest, peak_gain
 from elastic.assessment import beyond_beam_theory, buckling_bound
 from elastic.elastodynamics import Resonance, SpeedMap, SpeedSearch, SpeedSolutions, critical_speeds, prominences
 from kinelast.answers.bounds import accepted_bound, damping_of
@@ -19,7 +19,14 @@ from kinelast.answers.refusals import needed_by_limits
 from kinelast.answers.results import Results, at_critical_load
 from kinelast.answers.theory_settings import THEORY
 from kinelast.figures.cycle import Cycle
-from kinelast.figures.errors import MIN_SHARE_OF_UNIT, Estimate, figure_errors, frequency_error, motion_errors
+from kinelast.figures.errors import (
+    MIN_SHARE_OF_UNIT,
+    STEP_RATIO,
+    Estimate,
+    figure_errors,
+    frequency_error,
+    motion_errors,
+)
 from kinelast.figures.figure_error import HIGHER_ORDERS, LARGE, TIME
 from kinelast.figures.leading_drive import nominal_speed
 from kinelast.figures.measures import Measure, magnitudes, measures_of
@@ -31,7 +38,7 @@ from kinelast.scene.data import Scene, scene_deflection
 from kinelast.speed_study.speed_limits import SpeedLimit, amplified, by_figure, limit_speed, outcomes, yield_speed
 from kinelast.tasks.progress import SILENT, Progress, lasting, one_thread
 from kinelast.values.error import SceneError
-from kinelast.values.figure import LEAST, OUTPUT_ERROR, SCENE, Figure, items_of, sole
+from kinelast.values.figure import LEAST, OUTPUT_ERROR, SCENE, Figure, RowSearch, items_of, sole
 from rigid import MechanismError, Motion, with_rates
 from rigid.arrays import Flags, Reals
 
@@ -274,13 +281,13 @@ class _SearchProgress:
 def _largest(scene: Scene, figures: Sequence[Figure], bent: Deflection, alone: Callable[[int], Deflection]) -> Reals:
     """Return the magnitudes of figures (results), shape (rows, speeds). Each item of a figure has a row.
 
-    Fields are also evaluated between the positions.
+    They are also evaluated between the positions.
 
     The figure "buckling" is computed for each speed separately with `alone`, because only a bound on it can be computed
     for several speeds at once.
     """
     fields = frozenset(field for figure in figures for field in figure.fields)
-    cycle = Cycle(scene, bent.motion, bent, wanted=fields, period=bent.motion.time[:, -1])
+    cycle = Cycle(scene, bent.motion, bent, wanted=fields, period=bent.motion.time[:, -1], between=True)
     values = magnitudes(cycle, [figure for figure in figures if figure.key != "buckling"])
     if any(figure.key == "buckling" for figure in figures):
         each = map(alone, range(len(bent.motion.time)))
@@ -331,9 +338,34 @@ def _errors(
     if of_frequencies:
         stiff = frequency_error(sizes["deflection"], by_key["deflection"]) + abs(frequency_change(answer))
         rows = {figure.key: stiff * (1.0 + sizes[figure.key]) for figure in of_frequencies}
+    between = _errors_between(answer, [figure for figure in figures if not figure.fields])
     shares_of_motion = of_motion(len(bent.motion.time) - 1)
     rows |= {key: np.where(share, share * np.abs(sizes[key]), 0.0) for key, share in shares_of_motion.items()}
-    return np.concatenate([rows.get(figure.key, [error.size for error in by_key[figure.key]]) for figure in figures])
+    rows = {key: row + between.get(key, 0.0) for key, row in rows.items()}
+    for figure in figures:
+        if figure.key not in rows:
+            known = np.array([error.size for error in by_key[figure.key]])
+            rows[figure.key] = known + between.get(figure.key, 0.0)
+    return np.concatenate([rows[figure.key] for figure in figures])
+
+
+def _errors_between(cycle: Cycle, figures: Sequence[Figure]) -> dict[str, Reals]:
+    """Return the errors due to the distance between the positions, by figure key, shape (items,).
+
+    A largest value is that of the parabola through the largest value at a position and its neighbours. Its error is the
+    change from every second position to all positions, divided by `STEP_RATIO`.
+    """
+    time, errors = cycle.motion.time, {}
+    for figure in figures:
+        if figure.of_motion(cycle.scene) or not isinstance(figure.find, RowSearch):
+            continue
+        rows = figure.find.rows(cycle)
+        if rows is not None and len(rows) and rows.shape[-1] == len(time) > 4:
+            sizes = [np.nan_to_num(np.abs(rows[..., ::step])) for step in (1, 2)]
+            tops = [size.max(axis=-1) + peak_gain(size, size.argmax(axis=-1), time[::step])
+                    for step, size in zip((1, 2), sizes, strict=True)]  # fmt: skip
+            errors[figure.key] = np.abs(tops[0] - tops[1]) / STEP_RATIO
+    return errors
 
 
 def _motion_shares(scene: Scene, figures: Sequence[Figure], count: int) -> dict[str, Reals]:
