@@ -396,3 +396,39 @@ def test_a_limit_on_the_rest_needs_drives_that_stop():
         "cannot be judged",
         "the figure needs a scene in which the drives stop",
     )
+
+
+def test_a_web_that_yields_is_not_accepted():
+    """The fibres have a safety of 1.15, and the end of the web 0.91, by EN 1993-1-1."""
+    text = """
+[sections.beam]
+shape = "I"
+depth = 0.1
+width = 0.15
+web = 0.002
+flange = 0.01
+[points]
+A = [0, 0]
+B = [1.2, 0]
+[links.ground]
+points = ["A"]
+[links.beam]
+points = ["A", "B"]
+section = "beam"
+material = "S235"
+[[drives]]
+link = "beam"
+speed = 1e-6
+[[loads]]
+link = "beam"
+point = "B"
+force = [0, -21100]
+axes = "turning"
+[run]
+positions = 4
+[limits]
+safety = 1
+"""
+    verdict = report_of(computed(scene_from_text(text), Request(theory="quasi-static"))).acceptance
+    assert verdict.verdict == "cannot be judged"
+    assert "may yield" in verdict.problem

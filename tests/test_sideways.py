@@ -38,3 +38,14 @@ def test_links_that_are_stiffer_sideways_or_pressed_little():
     assert not [*sideways_findings(results_of(0.01, 0.0105, 2600.0))]
     assert not [*sideways_findings(results_of(0.02, 0.004, 150.0))]
     assert not [*sideways_findings(computed(scene_from_text(LIMITED), Request(positions=12)))]
+
+
+@pytest.mark.parametrize(
+    ("name", "weak"),  # second moment of area about the weak axis [cm^4]: EN 10365, EN 10219-2, EN 10056-1
+    [("IPE 100", 15.9), ("IPE 200", 142.0), ("HEA 100", 134.0), ("RHS 60x40x3", 13.4), ("UPE 80", 25.5),
+     ("L 40x40x4", 1.86), ("L 60x40x5", 3.54)],
+)  # fmt: skip
+def test_the_weak_axis_of_library_sections(name, weak):
+    scene = scene_from_text(edited(STRUT, ('section = "rod"', f'section = "{name}"')))
+    sideways = {float(section.sideways) for section in scene.sections}
+    assert min(abs(each * 1e8 / weak - 1.0) for each in sideways) < 0.03

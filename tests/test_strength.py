@@ -42,7 +42,9 @@ from elastic.assessment import (
     safety_factor,
     slenderness,
     stress_range,
+    web_stress,
 )
+from elastic.beams.cross_sections import channel, t_section
 from rigid import Beam, LineLoad, Link, Mechanism, PinDrive, PointLoad, motion, reactions
 from rigid.constants import mass_moments
 from rigid.kinetostatics.loads import beam_loads
@@ -509,3 +511,36 @@ def test_the_error_of_linear_theory_is_as_documented(linear, low, high):
 
     slope = scipy.optimize.brentq(lambda slope: at_tip(slope)[0], 0.5 * alpha, 1.5 * alpha, xtol=1e-13)
     assert low < linear / at_tip(slope)[1] - 1 < high
+
+
+@pytest.mark.parametrize("shape", ["I", "channel", "box", "T"])
+def test_the_stress_at_the_end_of_a_web(shape):
+    """Cantilever with a tip load: sigma^2 + 3 tau^2, with tau from the first moment of the flange (EN 1993-1-1)."""
+    depth, width, web, flange, length, load = 0.1, 0.15, 0.002, 0.01, 1.2, 21.1e3
+    if shape == "T":
+        area = width * flange + web * (depth - flange)
+        axis = (width * flange**2 / 2 + web * (depth - flange) * (depth + flange) / 2) / area
+        inner = axis - flange
+        stem = web * (depth - flange)
+        inertia = width * flange**3 / 12 + width * flange * (axis - flange / 2) ** 2
+        inertia += web * (depth - flange) ** 3 / 12 + stem * ((depth + flange) / 2 - axis) ** 2
+        moment, walls, made = width * flange * (axis - flange / 2), web, t_section(depth, width, web, flange)
+    else:
+        sides = {"I": (i_section, web), "channel": (channel, web)}
+        inner, wall = depth / 2 - flange, 0.004
+        if shape == "box":
+            made, walls, inner, flange = box(depth, width, wall), 2 * wall, depth / 2 - wall, wall
+        else:
+            made, walls = sides[shape][0](depth, width, web, flange), web
+        inertia = (width * depth**3 - (width - walls) * (2 * inner) ** 3) / 12
+        moment = width * flange * (depth - flange) / 2
+    sigma, tau = load * length * inner / inertia, load * moment / (inertia * walls)
+    bent = deflection(
+        still(cantilever({"O": 0.0, "A": length}, loads=(PointLoad("beam", "A", -load * 1j),))), [section_of(made, E)]
+    )
+    assert web_stress(bent, 5) == pytest.approx(math.sqrt(sigma**2 + 3 * tau**2), rel=1e-9)
+
+
+def test_a_solid_section_has_no_web():
+    bent = deflection(still(cantilever({"O": 0.0, "A": 1.0})), [section_of(rectangle(0.1, 0.1), E)])
+    assert web_stress(bent, 5) == 0.0

@@ -13,6 +13,6 @@ from elastic.assessment.output_error import (
     rest_from,
     settling_time,
 )
-from elastic.assessment.strength import safety_factor, stress_ends, stress_range
+from elastic.assessment.strength import safety_factor, stress_ends, stress_range, web_stress
 from elastic.assessment.validity import VALIDITY_RANGES, Exceedance, ValidityRange, exceedances
 from elastic.assessment.vibration_bound import vibration_bound

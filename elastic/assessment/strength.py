@@ -69,3 +69,29 @@ def safety_factor(sections: Sequence[Section], stress: AtStations) -> Reals:
     with np.errstate(divide="ignore"):
         factor: Reals = limit / np.abs(stress)
     return factor
+
+
+def web_stress(deflection: Deflection, stations: int | ArrayLike) -> Reals:
+    """Return the largest von Mises stress at the ends of the web of each beam over the positions [Pa], shape (beams,).
+
+    It is 0 for a section without a web, and for a tapered beam. At the end of a web of constant thickness, at the
+    distance y from the axis, the normal stress is |N|/A + |M| y/I, and the shear stress is the peak V f/A at the axis
+    minus V y^2/(2 I).
+
+    References
+    ----------
+    Timoshenko, Strength of Materials, Part I, 3rd ed., section 27: shearing stresses in I-beams.
+    """
+    sections, stresses = deflection.sections, np.zeros(len(deflection.sections))
+    webbed = [number for number, section in enumerate(sections) if np.any(section.web_end)]
+    if not webbed:
+        return stresses
+    N, V, M = (np.abs(sample(deflection, field, stations)[webbed]) for field in ("N", "V", "M"))
+    area, inertia, peak_shear, place = (
+        np.array([float(np.ravel(getattr(sections[number], name))[0]) for number in webbed])[:, None, None]
+        for name in ("area", "inertia", "peak_shear", "web_end")
+    )
+    normal = N / area + M * place / inertia
+    shear = V * np.maximum(peak_shear / area - place**2 / (2.0 * inertia), 0.0)
+    stresses[webbed] = np.nan_to_num(np.sqrt(normal**2 + 3.0 * shear**2)).max(axis=(1, 2))
+    return stresses

@@ -30,6 +30,11 @@ class Shape(Struct, frozen=True):
         Coefficients a, b, c of the shear coefficient a (1 + nu)/(b + c nu).
     width, round
         Width normal to the plane of motion [m], and whether the outline is an ellipse instead of a rectangle.
+    web_end
+        Distance from the axis to the end of the web, where it meets a flange [m]; 0 without a web.
+    sideways
+        Second moment of area for bending normal to the plane of motion [m^4]; nan if unknown. For an angle, it is the
+        smallest one of all directions. Fillets are neglected.
     """
 
     area: float
@@ -39,6 +44,8 @@ class Shape(Struct, frozen=True):
     cowper: tuple[float, float, float] = (math.nan, 1.0, 0.0)
     width: float = math.nan
     round: bool = False
+    web_end: float = 0.0
+    sideways: float = math.nan
 
     def shear_coefficient(self, poisson: float) -> float:
         """Return Timoshenko's shear coefficient k, by which the shear rigidity is k G A.
@@ -59,7 +66,8 @@ def rectangle(depth: float, width: float) -> Shape:
     >>> rectangle(0.006, 0.01).shear_coefficient(0.0)
     0.8333333333333334
     """
-    return Shape(width * depth, width * depth**3 / 12, depth / 2, 1.5, (10.0, 12.0, 11.0), width)
+    sideways = depth * width**3 / 12
+    return Shape(width * depth, width * depth**3 / 12, depth / 2, 1.5, (10.0, 12.0, 11.0), width, sideways=sideways)
 
 
 def circle(diameter: float) -> Shape:
@@ -79,15 +87,16 @@ def tube(outer: float, inner: float) -> Shape:
         raise ValueError(f"a tube's inner diameter of {inner} m is not between 0 and the outer one of {outer} m")
     area = math.pi * (outer**2 - inner**2) / 4
     square = (inner / outer) ** 2
-    both = (1 + square) ** 2
+    both, inertia = (1 + square) ** 2, area * (outer**2 + inner**2) / 16
     return Shape(
         area,
-        area * (outer**2 + inner**2) / 16,
+        inertia,
         outer / 2,
         4 / 3 * (outer**2 + outer * inner + inner**2) / (outer**2 + inner**2),
         (6 * both, 7 * both + 20 * square, 6 * both + 12 * square),
         width=outer,
         round=True,
+        sideways=inertia,
     )
 
 
@@ -118,6 +127,8 @@ def i_section(depth: float, width: float, web: float, flange: float, fillet: flo
         moment * area / (inertia * web),
         cowper_coefficients(m, 30 * n**2 * (m + m**2), 5 * n**2 * (8 * m + 9 * m**2)),
         width,
+        web_end=depth / 2 - flange - fillet,
+        sideways=(2 * flange * width**3 + (depth - 2 * flange) * web**3) / 12,
     )
 
 
@@ -139,6 +150,23 @@ def box(depth: float, width: float, wall: float, corner: float = 0.0) -> Shape:
     least = np.minimum(depth, width) / 2
     if not np.all((wall < least) & (corner <= least)):
         raise ValueError("a box needs wall < half of each side, and corner <= half of each side")
+    area, inertia, moment = _hollow(depth, width, wall, corner)
+    height, across = depth - wall, width - wall
+    m, n = across / height, across / height
+    return Shape(
+        area,
+        inertia,
+        depth / 2,
+        moment * area / (inertia * 2 * wall),
+        cowper_coefficients(m, 10 * n**2 * (3 * m + 3 * m**2), 10 * n**2 * m),
+        width,
+        web_end=depth / 2 - np.maximum(wall, corner),
+        sideways=_hollow(width, depth, wall, corner)[1],
+    )
+
+
+def _hollow(depth: float, width: float, wall: float, corner: float) -> tuple[float, float, float]:
+    """Return the area, the second moment of area, and the first moment of one half of a hollow rectangle."""
     inner = np.maximum(corner - wall, 0.0)
     parts = [
         (1.0, width * depth, width * depth**3 / 12, width * depth**2 / 8),
@@ -149,16 +177,7 @@ def box(depth: float, width: float, wall: float, corner: float = 0.0) -> Shape:
         area, inertia, place = fillet_area(radius)
         parts.append((sign, 4 * area, 4 * (inertia + area * (half - place) ** 2), 2 * area * (half - place)))
     area, inertia, moment = (sum(part[0] * part[k] for part in parts) for k in (1, 2, 3))
-    height, across = depth - wall, width - wall
-    m, n = across / height, across / height
-    return Shape(
-        area,
-        inertia,
-        depth / 2,
-        moment * area / (inertia * 2 * wall),
-        cowper_coefficients(m, 10 * n**2 * (3 * m + 3 * m**2), 10 * n**2 * m),
-        width,
-    )
+    return area, inertia, moment
 
 
 def channel(depth: float, width: float, web: float, flange: float, fillet: float = 0.0) -> Shape:
@@ -178,7 +197,12 @@ def channel(depth: float, width: float, web: float, flange: float, fillet: float
     half, across = (depth - flange) / 2, width - web / 2
     flow = flange * across * half
     walls = [(flange, across, half, half, 0.0)] * 2 + [(web, 2 * half, half, -half, flow)]
-    return Shape(area, inertia, depth / 2, moment * area / (inertia * web), shear_coefficient_by_energy(walls), width)
+    shear, coefficient = moment * area / (inertia * web), shear_coefficient_by_energy(walls)
+    flanges, stem = 2 * flange * width, (depth - 2 * flange) * web
+    place = (flanges * width + stem * web) / 2 / (flanges + stem)
+    sideways = (flanges * width**2 + stem * web**2) / 3 - (flanges + stem) * place**2
+    web_end = half - flange / 2 - fillet
+    return Shape(area, inertia, depth / 2, shear, coefficient, width, web_end=web_end, sideways=sideways)
 
 
 def _two_flanges(
@@ -224,8 +248,10 @@ def t_section(depth: float, width: float, web: float, flange: float, fillet: flo
     height = depth - flange / 2
     middle = web * height**2 / 2 / (web * height + flange * width)
     walls = [(web, height, height - middle, -middle, 0.0)] + [(flange, width / 2, -middle, -middle, 0.0)] * 2
-    fibre = np.maximum(depth - axis, axis)
-    return Shape(area, inertia, fibre, moment * area / (inertia * web), shear_coefficient_by_energy(walls), width)
+    fibre, web_end = np.maximum(depth - axis, axis), np.maximum(axis - flange - fillet, 0.0)
+    shear, coefficient = moment * area / (inertia * web), shear_coefficient_by_energy(walls)
+    sideways = (flange * width**3 + stem * web**3) / 12
+    return Shape(area, inertia, fibre, shear, coefficient, width, web_end=web_end, sideways=sideways)
 
 
 def angle(depth: float, width: float, wall: float, fillet: float = 0.0, toe: float = 0.0) -> Shape:
@@ -270,7 +296,9 @@ def angle(depth: float, width: float, wall: float, fillet: float = 0.0, toe: flo
     fibre = np.max([np.abs(at - y - share * (beside - z)) for at, beside in ends], axis=0)
     inertia = along - product**2 / across
     walls = walls_of_angle(depth - wall / 2, width - wall / 2, wall)
-    return Shape(area, inertia, fibre, peak_of_angle(walls), shear_coefficient_by_energy(walls), width)
+    sideways = (along + across) / 2 - np.hypot((along - across) / 2, product)
+    coefficient = shear_coefficient_by_energy(walls)
+    return Shape(area, inertia, fibre, peak_of_angle(walls), coefficient, width, sideways=sideways)
 
 
 SHAPES: Mapping[str, Callable[..., Shape]] = {

@@ -52,6 +52,10 @@ class Section(Struct, frozen=True, eq=False):
     width, round
         Properties for drawings: width normal to the plane of motion [m] (nan if unknown), and whether the outline is an
         ellipse.
+    web_end
+        Distance from the axis to the end of the web [m]; 0 without a web, or along a taper.
+    sideways
+        Second moment of area for bending normal to the plane of motion [m^4], nan if unknown.
     """
 
     EA: float | Reals = math.inf
@@ -67,6 +71,8 @@ class Section(Struct, frozen=True, eq=False):
     shear_rigidity: float | Reals = math.nan
     width: float | Reals = math.nan
     round: bool = False
+    web_end: float | Reals = 0.0
+    sideways: float | Reals = math.nan
 
     @property
     def thin_walled(self) -> bool:

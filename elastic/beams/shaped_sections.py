@@ -53,6 +53,8 @@ def section_of(
         shear_rigidity=kGA,
         width=shape.width,
         round=shape.round,
+        web_end=shape.web_end if taper is None else 0.0,
+        sideways=shape.sideways,
     )
 
 

@@ -17,8 +17,8 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from elastic import FIELDS, FieldKind, reference_deflection
-from elastic.assessment import VALIDITY_RANGES
-from kinelast.figures.cycle import Cycle
+from elastic.assessment import VALIDITY_RANGES, web_stress
+from kinelast.figures.cycle import STATIONS, Cycle
 from kinelast.figures.figure_error import (
     BEAM_THEORY,
     BETWEEN,
@@ -27,17 +27,19 @@ from kinelast.figures.figure_error import (
     ROUND_OFF,
     TIME,
     VIBRATION,
+    WEB,
     FigureError,
 )
 from kinelast.figures.measures import magnitudes
 from kinelast.figures.registry import limits_of
 from kinelast.scene.data import Scene
-from kinelast.values.figure import AVERAGE, LARGEST, LEAST, MOST, POINT, Figure, items_of
+from kinelast.values.figure import AVERAGE, BEAM, LARGEST, LEAST, MOST, POINT, Figure, items_of
 from rigid.arrays import Reals
 
 SEARCHED = LARGEST, LEAST, MOST  # reductions whose result is the value at one position, unlike averages
 STEP_RATIO = 4.0  # factor by which the error in an average grows if time steps are doubled
 ONE_POSITION = "there is no neighbouring instant to compare with"
+STRESS_LIMITED = "stress", "safety"  # figures that follow from the von Mises stress
 RECIPROCAL = "safety", "endurance"  # figures of the form strength / stress, with the relative error of the stress
 MIN_SHARE_OF_UNIT = 0.01  # smallest reference value of a relative error, relative to the largest figure of the unit
 MIN_COMPUTED_RATIO = VALIDITY_RANGES["buckling"].watch  # larger load / critical load is recomputed
@@ -283,6 +285,10 @@ def _of_items(
         remaining = per_item(figure.remains_of is not None for figure in figures)
         parts[TIME] = np.where(remaining, np.maximum(np.abs(time), estimate.settled * per_item(whole)), time)
     parts[BEAM_THEORY] = np.abs(change(joined(beyond_beams), here))
+    if (web := answer.once(_web_excess)).any():
+        of_stress = [np.where(figure.key in STRESS_LIMITED, web, 0.0) if figure.of is BEAM else np.zeros(count)
+                     for figure, count in zip(figures, counts, strict=True)]  # fmt: skip
+        parts[WEB] = np.concatenate(of_stress) * np.abs(here)
     if inertia:
         without, with_it = map(joined, inertia)
         parts[FREQUENCIES] = np.abs(change(with_it, without))
@@ -296,6 +302,19 @@ def _of_items(
     rows = zip(*(part.tolist() for part in parts.values()), strict=True)
     errors = (FigureError(dict(zip(parts, row, strict=True)), estimate.unknown) for row in rows)
     return {figure.key: [*islice(errors, count)] for figure, count in zip(figures, counts, strict=True)}
+
+
+def _web_excess(answer: Cycle) -> Reals:
+    """Return by which share of the von Mises stress the stress at the ends of the web exceeds it, shape (beams,).
+
+    The figure is the largest stress of the outer fibres and the axis.
+    """
+    at_webs = web_stress(answer.well_conditioned, STATIONS)
+    if not at_webs.any():
+        return at_webs
+    stress = np.abs(answer.along("mises").value)
+    excess = at_webs - stress
+    return np.divide(np.maximum(excess, 0.0), stress, out=np.zeros_like(stress), where=stress > 0.0)
 
 
 def frequency_error(sizes: Iterable[float], errors: Iterable[FigureError]) -> float:

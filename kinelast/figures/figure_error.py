@@ -11,8 +11,9 @@ from msgspec import Struct, field
 VIBRATION, LARGE = "vibration", "large displacement"
 HIGHER_ORDERS, TIME, BEAM_THEORY, ROUND_OFF = "higher orders", "time and coordinates", "beam theory", "round-off"
 BETWEEN, FREQUENCIES = "between the positions", "natural frequencies by beam theory"
+WEB = "stress at the ends of the web"
 MEASURED, BODIES = "motion, as measured", "beam theory, as measured"  # parts measured by checks
-NOT_OF_MOTION = (BEAM_THEORY, FREQUENCIES, ROUND_OFF, BETWEEN)  # errors that all theories of motion have
+NOT_OF_MOTION = (BEAM_THEORY, FREQUENCIES, WEB, ROUND_OFF, BETWEEN)  # errors that all theories of motion have
 BY_MOTION = (VIBRATION, LARGE)  # causes of signed errors: they are added first, then the magnitude of the sum is taken
 
 

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 MIN_ACCURACY = 1e-4  # smallest `accuracy` that a message suggests
 PRESSED = 0.2  # above this ratio of load to critical load, axial forces are named beside vibration
 MEASURE = "Run with --check solid to measure the error of beam theory"
+REMEDIES = {figure_error.FREQUENCIES: "no option reduces", figure_error.WEB: "a thicker web reduces"}
 EXCEEDANCES = {"buckling": "Make it thicker or shorter", "yield": "Make it thicker, or of a stronger material"}
 """Advice by kind of exceeded limit of the theory."""
 
@@ -42,8 +43,8 @@ def nearer(results: Results, error: FigureError, value: float, share: float) -> 
     if largest == figure_error.BETWEEN:
         more = max(POSITIONS, 4 * len(results.motion.time))
         return f"mostly {largest}: --positions {more} would reduce it"
-    if largest == figure_error.FREQUENCIES:
-        return f"mostly {largest}, which no option reduces"
+    if largest in REMEDIES:
+        return f"mostly {largest}, which {REMEDIES[largest]}"
     if results.scene.theory.plain:
         return f"mostly {_neglected(results, largest)}: without the quasi-static theory the error would be small"
     theory, shares = results.scene.theory, {cause: abs(part / (value or 1.0)) for cause, part in error.parts.items()}

@@ -9,22 +9,25 @@ from kinelast.values.numbers import number
 from kinelast.values.reading import CAUTION, POOR, Finding
 
 WATCH = 0.5  # largest ratio of compression to the Euler load of pinned ends without a finding
+SOFTER = 1.0 + 1e-9  # a section is softer normal to the plane if the ratio of its second moments of area is larger
 CLAMPED = 4.0  # critical load of clamped ends / critical load of pinned ends
 
 
 def sideways_findings(results: Results) -> Iterator[Finding]:
     """Yield a finding if a link may buckle normal to the plane of motion.
 
-    The second moment of area for bending normal to the plane is estimated as A b^2/12 from the area A and the width b
-    of a section, which is exact for rectangles. Round sections are equally stiff in all directions. The joints may hold
-    the ends of the link between two limits: free to turn normal to the plane (pinned), and clamped.
+    If the second moment of area for bending normal to the plane is unknown, it is estimated as A b^2/12 from the area A
+    and the width b of a section, as for a rectangle. The joints may hold the ends of the link between two limits: free
+    to turn normal to the plane (pinned), and clamped.
     """
     ratios = np.nan_to_num(results.cycle.euler_ratio).max(axis=-1, initial=0.0)
     sideways = []
     for ratio, section in zip(ratios.tolist(), results.deflection.sections, strict=True):
-        width, area, inertia = (float(np.ravel(each)[0]) for each in (section.width, section.area, section.inertia))
-        softer = 12.0 * inertia / (area * width**2) if width > 0.0 and not section.round else 0.0
-        sideways.append(ratio * softer if softer > 1.0 else 0.0)
+        known = section.width, section.area, section.inertia, section.sideways
+        width, area, inertia, own = (float(np.ravel(each)[0]) for each in known)
+        across = area * width**2 / 12.0 if np.isnan(own) else own
+        softer = inertia / across if across > 0.0 else 0.0
+        sideways.append(ratio * softer if softer > SOFTER else 0.0)
     if not max(sideways, default=0.0) > WATCH:
         return
     worst = int(np.nanargmax(sideways))
