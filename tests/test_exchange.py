@@ -7,6 +7,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
+from scene_texts import SLIDER_CRANK, edited
 
 import kinelast
 from exchange import ExchangeError, read, scene_text, written
@@ -14,7 +15,7 @@ from exchange.dxf import DrawnLink, dxf_text
 from exchange.reading import of_text
 from kinelast.answers.results import Results
 from kinelast.cli.command import main
-from kinelast.outputs.exported import exchanged
+from kinelast.outputs.exported import exchanged, left_out
 from kinelast.outputs.pictures import write_dxf
 from kinelast.scene.data import scene_deflection
 from rigid import position_of
@@ -274,6 +275,16 @@ class TestWritten:
                 other = next(k for k, link in enumerate(back.mechanism.links) if point in link.points)
                 assert abs(position_of(here, number, point) - position_of(there, other, point)).max() < apart, point
         assert {point for link in scene.mechanism.links[1:] for point in link.points} <= seen
+
+    def test_a_force_on_a_block_is_kept_and_other_loads_are_named(self):
+        push = '[[loads]]\nlink = "block"\npoint = "B"\nforce = [-100, 0]\n'
+        twist = '[[loads]]\nlink = "rod"\npoint = "B"\nmoment = 5\n'
+        text = edited(SLIDER_CRANK, ("[run]", f"{push}{twist}[run]\ngravity = [0, -1.6]"))
+        scene = kinelast.scene_from_text(text)
+        back = kinelast.scene_from_text(scene_text(of_text(written(exchanged(scene), ".pmks"), "mine")))
+        (force,) = (load.force for load in back.mechanism.loads)
+        assert force == pytest.approx(-100.0, rel=1e-3)
+        assert left_out(scene) == ["the moment on rod", "the value of gravity (PMKS+ takes 9.81 m/s² downwards)"]
 
     def test_numbers_marks_and_the_check_of_pmks_are_those_of_its_grammar(self):
         text = written(exchanged(kinelast.load("pusher")), ".pmks")

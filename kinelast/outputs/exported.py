@@ -18,11 +18,14 @@ from rigid import (
     RepeatedLaw,
     SegmentedLaw,
     SliderDrive,
+    Spring,
+    TorsionSpring,
     position_of,
 )
 from rigid.constants import mass_moments
 
 MIN_STROKE = 1e-6  # a motion law counts as oscillating if |sum of strokes| / largest |stroke| is below this limit
+STANDARD_GRAVITY = -9.81j  # [m/s^2]
 POSITIONS = 360  # number of positions per cycle at which the position of a pin in its slot is evaluated
 
 
@@ -63,8 +66,24 @@ def exchanged(scene: Scene) -> ForeignMechanism:
         scene.title, "kinelast", unit, {name: complex(np.ravel(places)[0]) for name, places in points.items()},
         tuple(members[ground]), own_links, slots, slides,
         drives, tuple(_wheels(gear, called) for gear in mechanism.gears), scene.output.point if scene.output else "",
-        masses, _steady_loads(motion, called), bool(complex(mechanism.gravity)),
+        masses, _steady_loads(motion, called, slots), bool(complex(mechanism.gravity)),
     )  # fmt: skip
+
+
+def left_out(scene: Scene) -> list[str]:
+    """Return words on the loads and the gravity of a scene that the export with constant forces leaves out."""
+    mechanism, words = scene.mechanism, []
+    for load in mechanism.loads:
+        name = getattr(load, "link", "")
+        if isinstance(load, Spring | TorsionSpring):
+            words.append(f"the spring at {name}")
+        elif not isinstance(load, PointLoad) or load.law is not None:
+            words.append(f"the load on {name} that is distributed or varies")
+        elif load.moment:
+            words.append(f"the moment on {name}")
+    if (gravity := complex(mechanism.gravity)) and abs(gravity - STANDARD_GRAVITY) > 0.01 * abs(STANDARD_GRAVITY):
+        words.append("the value of gravity (PMKS+ takes 9.81 m/s² downwards)")
+    return words
 
 
 def _inertias(motion: Motion, called: Mapping[str, str], scale: float) -> dict[str, tuple[float, complex, float]]:
@@ -89,11 +108,14 @@ def _inertias(motion: Motion, called: Mapping[str, str], scale: float) -> dict[s
     return inertias
 
 
-def _steady_loads(motion: Motion, called: Mapping[str, str]) -> tuple[ForeignLoad, ...]:
+def _steady_loads(motion: Motion, called: Mapping[str, str], slots: Mapping[str, Slot]) -> tuple[ForeignLoad, ...]:
     """Return the constant forces at points of links, as complex numbers in the axes of the ground.
 
-    If a force turns with a link, its components in the initial position are returned.
+    If a force turns with a link, its components in the initial position are returned. A force on a block that a slot
+    replaces acts on the link with the pin in the slot.
     """
+    sliders = motion.mechanism.sliders
+    called = {**called, **{slider.link: slots[slider.name].link for slider in sliders if slider.name in slots}}
     loads = []
     for load in motion.mechanism.loads:
         if isinstance(load, PointLoad) and load.law is None and complex(load.force):
