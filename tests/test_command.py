@@ -685,6 +685,7 @@ def test_the_line_tells_the_worst_grade(arm, tmp_path, capsys):
         ),
         (("A = [0.2, 0]", "A = [2e-7, 0]"), "No link is longer than 200 nm, is that meant"),
         (("E = 210e9", "E = 210"), "E of steel is 210 Pa, which is unusual for a solid"),
+        (("depth = 0.006", "depth = 6"), "The link arm is 200 mm long and 6 m thick, is that meant"),
         (("speed = 50.0", "speed = 3e6"), r"A drive turns at 2.865·10⁷ rpm, is that meant"),
     ],
 )  # fmt: skip

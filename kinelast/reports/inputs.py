@@ -17,6 +17,7 @@ from rigid import LineLoad, Motion, PointLoad, Resistance
 
 INPUTS = "Inputs"
 LONG, SHORT = 90.0, 1e-5  # [m] largest and smallest usual length of the longest link
+THICK = 5.0  # usual largest depth or width of a section, relative to the length of its link
 FAST = 1e5  # [rad/s] twice the speed of a dental drill
 USUAL = {  # by kind of object and by key: name in words, smallest and largest usual value, unit, example
     "solid": {  # E: from soft rubber to diamond; density: from foam to osmium
@@ -84,6 +85,14 @@ def _sizes(results: Results) -> Iterator[Finding]:
         yield Finding(POOR, INPUTS, f"The link {name} is {shown} long, is that meant? {hint}.")
     elif 0 < sizes[name] < SHORT:
         yield Finding(POOR, INPUTS, f"No link is longer than {shown}, is that meant?")
+    for section, (at, _) in zip(results.scene.sections, results.mechanism.beams, strict=True):
+        owner = results.mechanism.links[at].name
+        thick = max(2.0 * float(np.ravel(section.fibre)[0]), float(np.ravel(section.width)[0]))
+        if thick > THICK * sizes[owner]:
+            deep, long = (quantity(each, "m", shown_in=results.scene.shown_in) for each in (thick, sizes[owner]))
+            hint = 'a bare number is in the unit of lengths; otherwise write, e.g., "12 mm"'
+            yield Finding(POOR, INPUTS, f"The link {owner} is {long} long and {deep} thick, is that meant? {hint}.")
+            break
     speed = fastest_drive(results)
     if speed > FAST:
         text = f"A drive turns at {number(speed * 30 / math.pi)} rpm, is that meant? A bare speed is in rad/s"
