@@ -498,3 +498,49 @@ def test_values_between_the_positions_of_the_map():
         _, values, errors = found.figures[key]
         assert abs(values[-1] - abs(exact.value)) < errors[-1] + exact.error_size, key
         assert abs(values[-1] - abs(exact.value)) < 0.015 * abs(exact.value), key
+
+
+THIN_ROD = """
+[sections.rod]
+shape = "rectangle"
+depth = 0.002
+width = 0.01
+[materials.steel]
+E = 210e9
+density = 7850
+[points]
+O = [0, 0]
+A = [0.0003, 0]
+B = [0.3003, 0]
+[links.ground]
+points = ["O"]
+[links.crank]
+points = ["O", "A"]
+rigid = true
+mass = 0
+[links.rod]
+points = ["A", "B"]
+section = "rod"
+material = "steel"
+[links.piston]
+points = ["B"]
+mass = 0.2
+[sliders.guide]
+link = "piston"
+through = "B"
+direction = [1, 0]
+[[drives]]
+link = "crank"
+speed = 600
+[limits]
+deflection = 10
+"""
+
+
+def test_the_speed_at_which_a_rod_buckles_is_found_between_the_speeds():
+    """(m_piston + m_rod / 2) r omega^2 = pi^2 E I / l^2 at the outer dead centre, with half the mass of the rod."""
+    found = speeds(scene_from_text(THIN_ROD), (800.0, 1800.0, 2))
+    mass = 0.2 + 7850 * 0.002 * 0.01 * 0.3 / 2
+    critical = np.pi**2 * 210e9 * 0.01 * 0.002**3 / 12 / 0.3**2
+    assert found.buckling == pytest.approx(np.sqrt(critical / (mass * 0.0003)), rel=3e-3)
+    assert 0.998 * found.buckling < found.highest <= found.buckling

@@ -292,7 +292,7 @@ def _words(result: Speeds, scene: Scene) -> Iterator[str]:
         yield f"speeds are those of {name}, the other drives keep their ratio to it"
     beyond = [number for number, words in enumerate(result.buckles) if words]
     if beyond:
-        first, last = printed(result.speed[beyond[0]]), printed(result.speed[beyond[-1]])
+        first, last = printed(result.buckling), printed(result.speed[beyond[-1]])
         yield f"not acceptable from {first} to {last}: {result.buckles[beyond[-1]]}"
     yield _outcome(result, scene)
     yielding = result.figures[STRENGTH.figure][1] < STRENGTH.bound if result.yielding else np.zeros(0, bool)

@@ -45,6 +45,7 @@ from rigid.arrays import Flags, Reals
 FIGURE_OF_FIELD = {"w": "deflection", "chord": "chord", "mises": "stress"}  # key of the figure by field (along beams)
 GRADED = FIGURE_OF_FIELD["w"], FIGURE_OF_FIELD["mises"], OUTPUT_ERROR  # `Speeds.error` refers to these
 PROMINENT = 0.1  # smallest prominence of a reported peak, relative to its height
+ONSET = 1e-3  # relative tolerance of the speed at which a link buckles
 LONG = 60.0  # [s] the user is informed if the remaining time is longer
 
 
@@ -107,6 +108,8 @@ class Speeds(Struct, frozen=True, eq=False):
     buckles
         For each speed, words on the link that buckles, or "" if no link buckles. If a link buckles, all figures are
         unknown.
+    buckling
+        Lowest speed at which a link buckles, to within `ONSET`; None if no link buckles.
     """
 
     speed: Reals
@@ -122,6 +125,7 @@ class Speeds(Struct, frozen=True, eq=False):
     unstable: tuple[tuple[float, float], ...]
     critical: Mapping[int, tuple[float, float]]
     buckles: Sequence[str] = ()
+    buckling: float | None = None
 
     @property
     def error(self) -> Reals:
@@ -222,8 +226,9 @@ def speeds(scene: Scene, asked: tuple[float, float, int], progress: Progress = S
     per_cycle = nominal * float(scene.run.cycle) / (2 * np.pi)  # ratio of drive speed to angular frequency of the cycle
     spans = critical_speeds(steady.omega * per_cycle).items()
     highest = None if not limits else limit.speed if limit else asked[1]
-    if highest is not None and (buckled & (steady.ratio * nominal <= highest)).any():
-        limit, highest = None, float(max(steady.ratio[: int(buckled.argmax())], default=0.0)) * nominal
+    below, onset = _onset_of_buckling(scene, steady.ratio, buckled)
+    if highest is not None and onset * nominal <= highest:
+        limit, highest = None, below * nominal
     drawn, curves = search.plot_curves()
     speed, wanted = steady.ratio * nominal, np.isin(steady.ratio, ratios)
     speed[wanted] = np.linspace(*asked)
@@ -241,7 +246,23 @@ def speeds(scene: Scene, asked: tuple[float, float, int], progress: Progress = S
         tuple((low * nominal, high * nominal) for low, high in unstable),
         {n: (low, high) for n, (low, high) in spans if low <= asked[1] and high >= asked[0]},
         buckles,
+        onset * nominal if buckled.any() else None,
     )
+
+
+def _onset_of_buckling(scene: Scene, ratios: Reals, buckled: Flags) -> tuple[float, float]:
+    """Return the speed up to which no link buckles, and the lowest one at which a link buckles, as relative speeds.
+
+    If a link buckles at the lowest of the given speeds, the first is 0. If no link buckles, the second is infinite.
+    """
+    if not buckled.any():
+        return float(ratios[-1]), math.inf
+    first = int(buckled.argmax())
+    low, high = float(ratios[first - 1]) if first else 0.0, float(ratios[first])
+    while first and high - low > ONSET * high:
+        middle = (low + high) / 2
+        low, high = (low, middle) if _buckles(scene, middle) else (middle, high)
+    return low, high
 
 
 def _buckles(scene: Scene, ratio: float) -> str:
