@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from symbols import Anchor, Mark
 
 TURN = 2.0 * np.pi
+ROUND_OFF = 1e-9  # of an angle, relative to a turn
 INSIDE = 0.25 * TURN  # [rad] distance between `Stop.middle` and the stop, if there is only one stop
 BAR = 4.0  # length of the bar in the symbol of a stop, relative to the symbol size
 
@@ -72,6 +73,21 @@ class Stop(Struct, frozen=True):
         turns = np.nan_to_num(np.round(np.diff(off, axis=-1, prepend=off[..., :1]) / TURN)).cumsum(axis=-1)
         return np.asarray(self.middle + off - TURN * turns)
 
+    def margin(self, motion: Motion, upper: bool) -> Reals:
+        """Return the distance from the upper or the lower stop; negative beyond it, shape (..., positions).
+
+        A link that turns fully hits the stop from one of its sides. Full turns are added to its angle until it does.
+        """
+        value = self.coordinate(motion)
+        left: Reals = self.most - value if upper else value - self.least
+        if not self.joint.turns:
+            return left
+        known = np.nan_to_num(value)
+        step = np.abs(np.diff(known, axis=-1)).max(axis=-1, keepdims=True, initial=0.0)
+        fully = np.ptp(known, axis=-1, keepdims=True) + step >= TURN * (1.0 - ROUND_OFF)
+        nearest = np.nanmin(left, axis=-1, keepdims=True)
+        return left - TURN * np.where(fully, np.ceil(np.maximum(nearest, 0.0) / TURN), 0.0)
+
 
 def _built(assembly: Assembly) -> dict[str, Stop]:
     return {name: _stop(f"stops.{name}", table, assembly) for name, table in STOPS.tables(assembly.table).items()}
@@ -106,12 +122,12 @@ def _units(kind: Kind) -> Callable[[Scene], list[str]]:
     return lambda scene: [STOPS.of(scene)[name].unit for name in kind.names(scene)]
 
 
-def _margins(kind: Kind, margin: Callable[[Stop, Reals], Any]) -> Callable[[Cycle], Largest]:
+def _margins(kind: Kind, upper: bool) -> Callable[[Cycle], Largest]:
     """Return a function that finds the smallest margin of each stop over all positions, even ill-conditioned ones."""
 
     def find(cycle: Cycle) -> Largest:
         stops = [STOPS.of(cycle.scene)[name] for name in kind.names(cycle.scene)]
-        return cycle.least(cycle.rows([margin(stop, stop.coordinate(cycle.motion)) for stop in stops]))
+        return cycle.least(cycle.rows([stop.margin(cycle.motion, upper) for stop in stops]))
 
     return find
 
@@ -162,10 +178,10 @@ STOPS: Part[Stop] = Part(
     "stops", "end stops of joints", StopTable, _built,
     (
         Figure("lower_stop_margin", "margin of a joint above its lower stop", _units(LOWER), LOWER,
-               _margins(LOWER, lambda stop, value: value - stop.least), LEAST, everywhere=True,
+               _margins(LOWER, upper=False), LEAST, everywhere=True,
                limit="required_margin", rigid=True),
         Figure("upper_stop_margin", "margin of a joint below its upper stop", _units(UPPER), UPPER,
-               _margins(UPPER, lambda stop, value: stop.most - value), LEAST, everywhere=True,
+               _margins(UPPER, upper=True), LEAST, everywhere=True,
                limit="required_margin", rigid=True),
     ),
     _row, _symbols, _begin, "end stops of the link or slider",
