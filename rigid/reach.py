@@ -100,11 +100,12 @@ def reach_message(motion: Motion, ends: list[tuple[Reals, str]], lengths: tuple[
     ends
         Stops, as returned by `stops`.
     """
-    limits = "; ".join(
+    places = [
         f'{_coordinates(motion, place, lengths)}, where the joint "{joint}" '
         f"{'runs to infinity' if _runs_to_infinity(motion, place) else 'opens'}"
         for place, joint in ends
-    )
+    ]
+    limits = "; ".join(dict.fromkeys(places))  # a drive that goes to and fro meets the same stop twice
     closes = reachable(motion)
     share = np.count_nonzero(~closes) / closes.size
     return f"the drive cannot go all the way, {share:.0%} of the positions are out of reach: it stops at {limits}"

@@ -15,7 +15,7 @@ from exchange.dxf import DrawnLink, dxf_text
 from exchange.reading import of_text
 from kinelast.answers.results import Results
 from kinelast.cli.command import main
-from kinelast.outputs.exported import exchanged, left_out
+from kinelast.outputs.exported import changed_laws, exchanged, left_out
 from kinelast.outputs.pictures import write_dxf
 from kinelast.scene.data import scene_deflection
 from rigid import position_of
@@ -285,6 +285,12 @@ class TestWritten:
         (force,) = (load.force for load in back.mechanism.loads)
         assert force == pytest.approx(-100.0, rel=1e-3)
         assert left_out(scene) == ["the moment on rod", "the value of gravity (PMKS+ takes 9.81 m/s² downwards)"]
+
+    def test_a_swing_whose_law_of_time_changes_is_named(self):
+        law = 'law = [{{curve = "{0}", duration = {1}, by = 0.8}}, {{curve = "{0}", duration = 0.4, by = -0.8}}]'
+        for curve, time, changes in (("harmonic", 0.4, 0), ("harmonic", 0.3, 1), ("cycloidal", 0.4, 1)):
+            text = edited(SLIDER_CRANK, ("speed = 100", f"repeat = true\n{law.format(curve, time)}"))
+            assert len(changed_laws(kinelast.scene_from_text(text))) == changes
 
     def test_numbers_marks_and_the_check_of_pmks_are_those_of_its_grammar(self):
         text = written(exchanged(kinelast.load("pusher")), ".pmks")

@@ -76,6 +76,7 @@ MISTAKES = [
     ("table twice", FOUR_BAR, [("[links.rocker]", "[links.crank]")], "", "", r"not readable as TOML: Cannot declare \[links.crank\] twice .*line 34"),
     ("quotes of a word processor", FOUR_BAR, [('"6 mm"', "“6 mm”")], "", "", "straight quotes"),
     ("a decimal comma", FOUR_BAR, [('"6 mm"', "0,006  # m")], "", "", "write 0.006$"),
+    ("decimal commas of a point", FOUR_BAR, [("[0.28, 0.24]", "[0,28, 0,024]")], "", "", r"write \[0.28, 0.024\]$"),
     ("a text without quotes", FOUR_BAR, [('"rectangle"', "rectangle  # of steel")], "", "", 'as in "rectangle"$'),
     ("unknown table", FOUR_BAR, [("[[drives]]", "[[drive]]")], "", "drive", 'did you mean "drives"'),
     ("unknown key", FOUR_BAR, [("depth =", "dpeth =")], "sections.bar", "dpeth", 'did you mean "depth"'),

@@ -167,7 +167,7 @@ def _export(path: Path, *scenes: str) -> int:
     """Write the mechanism of a scene to a file for another program."""
     from exchange import ExchangeError, written
     from kinelast.cli.imported import require_same_swing
-    from kinelast.outputs.exported import exchanged, left_out
+    from kinelast.outputs.exported import changed_laws, exchanged, left_out
     from kinelast.scene.document import document_from_bytes
     from kinelast.scene.text import file_bytes
 
@@ -183,14 +183,15 @@ def _export(path: Path, *scenes: str) -> int:
     except ExchangeError as error:
         raise RequestError(f"--export: {plain(str(error), 300)}") from None
     _write(path, text, "give another name")
+    missing = changed_laws(scene)
     if path.suffix.lower() == ".pmks":
         kept, lost = ", masses, constant forces", "sections"
-        missing = ", ".join(left_out(scene))
+        missing += left_out(scene)
     else:
-        kept, lost, missing = "", "sections, springs, masses or forces", ""
+        kept, lost = "", "sections, springs, masses or forces"
     say(f"{path} written: points, links, joints, drives{kept}; the format has no {lost}", sys.stdout)
     if missing:
-        say(f"left out: {missing}", sys.stdout)
+        say(f"left out: {', '.join(missing)}", sys.stdout)
     return FINE
 
 

@@ -70,6 +70,22 @@ def exchanged(scene: Scene) -> ForeignMechanism:
     )  # fmt: skip
 
 
+def changed_laws(scene: Scene) -> list[str]:
+    """Return words on each swinging drive whose course over time is not that of its exported swing.
+
+    The exported swing has the same strokes, each a harmonic curve, with one mean speed.
+    """
+    words = []
+    for drive, law in zip(scene.mechanism.drives, scene.course.laws, strict=True):
+        if not isinstance(law, RepeatedLaw) or not isinstance(law.law, SegmentedLaw):
+            continue
+        speeds = [abs(float(segment.rise)) / float(segment.duration) for segment in law.law.segments]
+        harmonic = all(segment.curve == "harmonic" for segment in law.law.segments)
+        if not harmonic or np.ptp(speeds) > MIN_STROKE * max(speeds):
+            words.append(f'the law of time of the drive "{drive.name}", which keeps its strokes and its duration')
+    return words
+
+
 def left_out(scene: Scene) -> list[str]:
     """Return words on the loads and the gravity of a scene that the export with constant forces leaves out."""
     mechanism, words = scene.mechanism, []

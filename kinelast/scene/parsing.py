@@ -87,6 +87,10 @@ HINTS: tuple[
     ),
     (KEY + r"([-+]?\d+),(\d+)\s*(?:#|$)", lambda found: f"use a decimal point: write {found[1]}.{found[2]}"),
     (
+        KEY + r"\[\s*([-+]?\d+),(\d+)\s*[,;]\s*([-+]?\d+),(\d+)\s*\]",
+        lambda found: f"use decimal points: write [{found[1]}.{found[2]}, {found[3]}.{found[4]}]",
+    ),
+    (
         KEY + r"([-+]?[\d.][\d.eE+-]*\s*[A-Za-zµμ°][^\s#]*)",
         lambda found: f'put a number with a unit in quotes, as in "{found[1]}"',
     ),
