@@ -288,8 +288,8 @@ class TestWritten:
 
     def test_a_swing_whose_law_of_time_changes_is_named(self):
         law = 'law = [{{curve = "{0}", duration = {1}, by = 0.8}}, {{curve = "{0}", duration = 0.4, by = -0.8}}]'
-        for curve, time, changes in (("harmonic", 0.4, 0), ("harmonic", 0.3, 1), ("cycloidal", 0.4, 1)):
-            text = edited(SLIDER_CRANK, ("speed = 100", f"repeat = true\n{law.format(curve, time)}"))
+        for curve, lasts, changes in (("harmonic", 0.4, 0), ("harmonic", 0.3, 1), ("cycloidal", 0.4, 1)):
+            text = edited(SLIDER_CRANK, ("speed = 100", f"repeat = true\n{law.format(curve, lasts)}"))
             assert len(changed_laws(kinelast.scene_from_text(text))) == changes
 
     def test_numbers_marks_and_the_check_of_pmks_are_those_of_its_grammar(self):
