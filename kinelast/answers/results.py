@@ -126,21 +126,19 @@ class Results(Struct, frozen=True, eq=False, dict=True, weakref=True):
 
         growth, laws = vibrating.growth, self.scene.laws
         grows = f"by {percent(growth - 1)}" if growth < MIN_MULTIPLE else f"{growth:.2g} times"
+        grows += " in this run" if math.isnan(self.period) else " a cycle"
         grows = f"grows {grows}" if math.isfinite(growth) else "grows faster than the time steps can follow"
         if math.isnan(self.period):
-            return f"unstable: vibration {grows} in this run"
-        grows = f"{grows} a cycle" if math.isfinite(growth) else grows
+            return f"unstable: vibration {grows}"
         sole = laws[0].speed if len(laws) == 1 and isinstance(laws[0], ConstantSpeed) else None
         at = "at this speed" if sole is None else f"at {quantity(abs(float(sole)), 'rad/s', 3, self.scene.shown_in)}"
         given = self.scene.course.at, self.period, self.scene.sections, self.scene.joints, vibrating.damping
         ratio = stable_below(*given)
         if math.isnan(ratio):
             return f"unstable {at}: vibration {grows}, and at lower speeds too"
-        border = (
-            percent(ratio) + " of it"
-            if sole is None
-            else quantity(ratio * abs(float(sole)), "rad/s", 3, self.scene.shown_in)
-        )
+        border = f"{percent(ratio)} of it"
+        if sole is not None:
+            border = quantity(ratio * abs(float(sole)), "rad/s", 3, self.scene.shown_in)
         return f"unstable {at}: vibration {grows}; stable below {border}"
 
     @cached_property

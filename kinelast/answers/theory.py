@@ -39,7 +39,8 @@ from kinelast.answers.exact_errors import (
     estimated_errors_of_exact,
 )
 from kinelast.answers.theory_settings import THEORY
-from kinelast.figures.cycle import Cycle, too_many_beams
+from kinelast.figures.beam_limits import too_many_beams
+from kinelast.figures.cycle import Cycle
 from kinelast.figures.errors import Estimate
 from kinelast.figures.figure_error import HIGHER_ORDERS, LARGE, TIME, VIBRATION
 from kinelast.figures.main_figures import HEADLINE, main_figures_of

@@ -17,12 +17,13 @@ import elastic
 from elastic import FIELDS, Deflection, Extreme, Largest, extremes, larger_magnitude, largest, sample
 from elastic.assessment import PathDeviation, buckling_bound, buckling_ratio, euler_ratio, path_deviation
 from elastic.beams import designs_of
+from kinelast.figures.beam_limits import too_many_beams
 from kinelast.scene.data import Scene, scene_deflection
 from kinelast.tasks.progress import one_thread
 from kinelast.values.figure import Figure, RowSearch, points_of
 from machine.drives import time_weights
 from machine.joints import JointHistory, joint_history
-from rigid import Mechanism, Motion, Reals, drive_efforts, reachable
+from rigid import Motion, Reals, drive_efforts, reachable
 from rigid.arrays import Flags, Numbers
 
 if TYPE_CHECKING:
@@ -386,26 +387,3 @@ def greatest_along(values: Any) -> Reals:
     """Return the value of largest magnitude along the last axis (locations on a beam), with its sign."""
     most, least = values.max(axis=-1), values.min(axis=-1)
     return np.where(most >= -least, most, least)
-
-
-MAX_FULL_BEAMS = 64  # maximum number of beams that all have the full number of coordinates; needs 1.5 GB, 15 s
-MAX_COORDINATES = 18 * MAX_FULL_BEAMS
-MAX_BEAMS = 150  # maximum number of beams if some are short pieces of links, which need fewer coordinates
-INNER = 4  # initial number of polynomial shape functions along a vibrating beam
-
-
-def too_many_beams(mechanism: Mechanism) -> str:
-    """Return the reason why vibration and buckling are not computed. It is empty if they are computed."""
-    count = len(mechanism.beams)
-    if count <= MAX_FULL_BEAMS:
-        return ""
-    from elastic.vibration import elastic_coordinates
-
-    coordinates = {link.name: elastic_coordinates(link, INNER) for link in mechanism.links}
-    size = sum(coordinates.values())
-    if count <= MAX_BEAMS and size <= MAX_COORDINATES:
-        return ""
-    link = max(coordinates, key=lambda name: coordinates[name])
-    where = f'of which {len(mechanism.links[mechanism.index[link]].beams)} are in the link "{link}"'
-    most = f"expected at most {MAX_BEAMS} beams and {MAX_COORDINATES} coordinates"
-    return f"vibration and buckling are not computed for {count} beams with {size} coordinates, {where}: {most}"

@@ -31,14 +31,12 @@ from kinelast.figures.figure_error import (
     FigureError,
 )
 from kinelast.figures.measures import magnitudes
+from kinelast.figures.motion_errors import difference, motion_errors, round_off
 from kinelast.figures.registry import limits_of
 from kinelast.scene.data import Scene
-from kinelast.values.figure import AVERAGE, BEAM, LARGEST, LEAST, MOST, POINT, Figure, items_of
+from kinelast.values.figure import AVERAGE, BEAM, LEAST, POINT, Figure, items_of
 from rigid.arrays import Reals
 
-SEARCHED = LARGEST, LEAST, MOST  # reductions whose result is the value at one position, unlike averages
-STEP_RATIO = 4.0  # factor by which the error in an average grows if time steps are doubled
-ONE_POSITION = "there is no neighbouring instant to compare with"
 STRESS_LIMITED = "stress", "safety"  # figures that follow from the von Mises stress
 RECIPROCAL = "safety", "endurance"  # figures of the form strength / stress, with the relative error of the stress
 MIN_SHARE_OF_UNIT = 0.01  # smallest reference value of a relative error, relative to the largest figure of the unit
@@ -48,7 +46,6 @@ SMALL_RATIO_ERROR = 0.02  # additional error in a small ratio of load to critica
 MAX_CHANGE_RATIO = 3.0  # assumed relative change of load to critical load, divided by that of the axial force
 FORCE_UNITS = "N", "N m", "W", "J"
 DISPLACEMENTS = ("m", "rad")  # units with discretization errors relative to the largest figure with this unit
-EPS = float(np.finfo(float).eps)
 
 
 class Estimate(Struct, frozen=True, eq=False):
@@ -166,8 +163,8 @@ def _larger_change(key: str, closer: Any, here: Any, after: Any, before: Any) ->
     if key in RECIPROCAL:
         with np.errstate(divide="ignore"):
             return 1.0 / _larger_change("", *(np.divide(1.0, each) for each in (closer, here, after, before)))
-    change = _difference(after, before)
-    return np.where(np.abs(change) > np.abs(_difference(closer, here)), here + change, closer)
+    change = difference(after, before)
+    return np.where(np.abs(change) > np.abs(difference(closer, here)), here + change, closer)
 
 
 def _changed(cycle: Cycle, figures: Sequence[Figure], answer: Cycle, values: Mapping[str, Any]) -> dict[str, Any]:
@@ -187,35 +184,6 @@ def _changed(cycle: Cycle, figures: Sequence[Figure], answer: Cycle, values: Map
             rough = np.where(size < SMALL_RATIO * greatest, SMALL_RATIO_ERROR * greatest, 0.0)
             sizes[figure.key] = size * (1.0 + MAX_CHANGE_RATIO * change) + rough
     return sizes
-
-
-def motion_errors(answer: Cycle, figure: Figure, closer: Cycle | None, unknown: str = "") -> list[FigureError]:
-    """Return the errors in all items of a figure that follows from the rigid motion alone.
-
-    Their causes are the distance between positions, and round-off. For a largest or smallest value, the error is the
-    distance between this value and the vertex of the parabola through it and its neighbours. For averages and totals,
-    the error is the change from all instants to every second one, plus a quarter of the change from every second
-    instant to every fourth. The second term is included because the first may be small by chance. `unknown` is the
-    reason why the errors are unknown; empty if they are known.
-    """
-    cycle = closer or answer
-    peak = cycle.of(figure)
-    if figure.exact:
-        return [FigureError() for _ in peak.value]
-    if unknown or closer is None:
-        return [FigureError({}, unknown or ONE_POSITION) for _ in peak.value]
-    searched = figure.over in SEARCHED and not figure.whole
-    off = peak.gain
-    if not searched:
-        coarser, coarsest = (each.of(figure).value for each in (cycle.coarser, cycle.coarser.coarser))
-        before = np.abs(_difference(coarser, coarsest)) / STEP_RATIO
-        off = np.abs(_difference(peak.value, coarser)) + before
-    off = np.broadcast_to(np.nan_to_num(off, nan=np.inf), np.shape(peak.value))
-    at = np.broadcast_to(peak.position, np.shape(peak.value))
-    size = np.where(np.isfinite(peak.value), np.abs(peak.value), 0.0)
-    rounded = _round_off(cycle, at, figure.of_motion(cycle.scene)) * size
-    pairs = zip(off.tolist(), np.broadcast_to(rounded, np.shape(off)).tolist(), strict=True)
-    return [FigureError({BETWEEN: between, ROUND_OFF: lost}) for between, lost in pairs]
 
 
 def _of_items(
@@ -251,7 +219,7 @@ def _of_items(
     item_scale, figure_scale = _references(figures, values, counts, np.where(np.isfinite(here), here, 0.0), scale)
 
     def change(after: Any, before: Any) -> Reals:
-        return np.where(reciprocal, _change_of_stress(after, before, here), _difference(after, before))
+        return np.where(reciprocal, _change_of_stress(after, before, here), difference(after, before))
 
     parts: dict[str, Reals] = {}
     before = here
@@ -298,7 +266,7 @@ def _of_items(
                   for figure, count in zip(figures, counts, strict=True)]  # fmt: skip
         parts[BETWEEN] = np.maximum(parts[BETWEEN], np.concatenate(beside))
     positions = [np.broadcast_to(answer.of(figure).position, len(values[figure.key])) for figure in figures]
-    parts[ROUND_OFF] = _round_off(answer, np.concatenate(positions), rigid=False) * item_scale
+    parts[ROUND_OFF] = round_off(answer, np.concatenate(positions), rigid=False) * item_scale
     rows = zip(*(part.tolist() for part in parts.values()), strict=True)
     errors = (FigureError(dict(zip(parts, row, strict=True)), estimate.unknown) for row in rows)
     return {figure.key: [*islice(errors, count)] for figure, count in zip(figures, counts, strict=True)}
@@ -371,13 +339,6 @@ def _largest_over_each(sizes: Any) -> Reals:
     return np.divide(largest, sizes, out=np.ones(np.shape(sizes)), where=known)
 
 
-def _difference(after: Any, before: Any) -> Reals:
-    """Return `after - before`, and 0 if both values are equal, even if both are infinite."""
-    with np.errstate(invalid="ignore"):
-        difference: Reals = np.where(after == before, 0.0, after - before)
-    return difference
-
-
 def _change_of_stress(after: Any, before: Any, here: Any) -> Reals:
     """Return the change in a safety factor due to a relative change in the stress.
 
@@ -386,29 +347,7 @@ def _change_of_stress(after: Any, before: Any, here: Any) -> Reals:
     """
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         change: Reals = here * (here / before - here / after)
-    return np.where(np.isfinite(change) & (after != before), change, _difference(after, before))
-
-
-def _round_off(answer: Cycle, positions: Any, rigid: bool) -> Reals:
-    """Return the relative round-off error at positions given by number. It is EPS for an unknown position (-1).
-
-    See `_round_off_at` for the argument `rigid`.
-    """
-    return np.where(positions >= 0, answer.once(_round_off_at, rigid)[np.maximum(positions, 0)], EPS)
-
-
-def _round_off_at(answer: Cycle, rigid: bool) -> Reals:
-    """Return the relative round-off error at every position: EPS times the condition number of the motion.
-
-    For deflections (`rigid` is false), it is also at least EPS times the condition number of the deflection, times
-    `Cycle.bending` at the position.
-    """
-    if rigid:
-        return np.where(np.isfinite(answer.condition), EPS * answer.condition, EPS)
-    with np.errstate(invalid="ignore"):
-        lost = np.minimum(EPS * answer.deflection.condition, 1.0) * answer.bending
-        share = np.maximum(EPS * answer.condition, lost)
-    return np.where(np.isfinite(share), share, EPS)
+    return np.where(np.isfinite(change) & (after != before), change, difference(after, before))
 
 
 def limited_figures(scene: Scene, figures: Sequence[Figure]) -> list[Figure]:

@@ -8,7 +8,7 @@ from msgspec import Struct
 
 from elastic.elastodynamics import NaturalModes, natural_modes
 from kinelast.answers.bounds import damping_of
-from kinelast.figures.cycle import too_many_beams
+from kinelast.figures.beam_limits import too_many_beams
 from kinelast.notebook import STATIONS, PartsByName, SceneMotion, motion, rigid_line, scene_of, unknown_name
 from kinelast.scene.data import Scene
 from kinelast.scene.document import Document

@@ -71,7 +71,7 @@ def exchanged(scene: Scene) -> ForeignMechanism:
 
 
 def changed_laws(scene: Scene) -> list[str]:
-    """Return words on each swinging drive whose course over time is not that of its exported swing.
+    """Return words on the swinging drives for which the exported swing has another law of time.
 
     The exported swing has the same strokes, each a harmonic curve, with one mean speed.
     """

@@ -4,7 +4,8 @@ import numpy as np
 
 from elastic.assessment import BucklingModes
 from kinelast.answers.results import Results
-from kinelast.figures.cycle import Cycle, too_many_beams
+from kinelast.figures.beam_limits import too_many_beams
+from kinelast.figures.cycle import Cycle
 from kinelast.tasks.progress import one_thread
 from rigid.arrays import distinct
 

@@ -17,7 +17,8 @@ from msgspec.structs import replace
 from elastic import FIELDS, PRIMARY, Deflection, without_positions
 from kinelast.answers.checks import momentum_balances, nonlinear_check, solid_check
 from kinelast.answers.results import Results, answered, with_breaks
-from kinelast.figures.cycle import EXTREME_FIELDS, too_many_beams
+from kinelast.figures.beam_limits import too_many_beams
+from kinelast.figures.cycle import EXTREME_FIELDS
 from kinelast.figures.output import output_of
 from kinelast.figures.peaks import joined, run_figures
 from kinelast.figures.registry import limits_of

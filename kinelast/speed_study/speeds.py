@@ -11,34 +11,25 @@ import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
-from elastic import Deflection, Largest, peak_gain
-from elastic.assessment import beyond_beam_theory, buckling_bound
+from elastic import Deflection, Largest
+from elastic.assessment import buckling_bound
 from elastic.elastodynamics import Resonance, SpeedMap, SpeedSearch, SpeedSolutions, critical_speeds, prominences
 from kinelast.answers.bounds import accepted_bound, damping_of
 from kinelast.answers.refusals import needed_by_limits
 from kinelast.answers.results import Results, at_critical_load
-from kinelast.answers.theory_settings import THEORY
 from kinelast.figures.cycle import Cycle
-from kinelast.figures.errors import (
-    MIN_SHARE_OF_UNIT,
-    STEP_RATIO,
-    Estimate,
-    figure_errors,
-    frequency_error,
-    motion_errors,
-)
-from kinelast.figures.figure_error import HIGHER_ORDERS, LARGE, TIME
+from kinelast.figures.errors import MIN_SHARE_OF_UNIT
 from kinelast.figures.leading_drive import nominal_speed
 from kinelast.figures.measures import Measure, magnitudes, measures_of
 from kinelast.figures.output import output_of
 from kinelast.figures.registry import figures_of, limits_of
-from kinelast.reports.frequencies import frequency_change
 from kinelast.reports.limits import BROKEN, SEVERITY, VERDICTS
 from kinelast.scene.data import Scene, scene_deflection
+from kinelast.speed_study.speed_errors import motion_shares, speed_errors, with_errors
 from kinelast.speed_study.speed_limits import SpeedLimit, amplified, by_figure, limit_speed, outcomes, yield_speed
 from kinelast.tasks.progress import SILENT, Progress, lasting, one_thread
 from kinelast.values.error import SceneError
-from kinelast.values.figure import LEAST, OUTPUT_ERROR, SCENE, Figure, RowSearch, items_of, sole
+from kinelast.values.figure import OUTPUT_ERROR, SCENE, Figure, sole
 from rigid import MechanismError, Motion, with_rates
 from rigid.arrays import Flags, Reals
 
@@ -187,7 +178,7 @@ def speeds(scene: Scene, asked: tuple[float, float, int], progress: Progress = S
             scene.joints,
             damping_of(scene),
             quasi_static_measure=partial(_largest, scene, still),
-            errors=partial(_errors, scene, figures, cache(partial(_motion_shares, scene, figures))),
+            errors=partial(speed_errors, scene, figures, cache(partial(motion_shares, scene, figures))),
             on_speed=answering,
             resolved=accepted_bound(scene.theory.wanted, judged=True),
         )
@@ -215,7 +206,7 @@ def speeds(scene: Scene, asked: tuple[float, float, int], progress: Progress = S
     )
     errors = by_figure(scene, figures, steady.errors)
     measures = {
-        name: (measure, *_with_errors(measure, values[measure.figure.key], errors[measure.figure.key]))
+        name: (measure, *with_errors(measure, values[measure.figure.key], errors[measure.figure.key]))
         for name, measure in measures_of(scene, figures).items()
     }
     worst = [np.broadcast_to(each, steady.ratio.shape) for each in outcomes(scene, values, errors)]
@@ -329,94 +320,6 @@ def _load_bound(cycle: Cycle) -> Largest:
 
 
 LOAD_BOUND = Figure("load_bound", "upper bound on load over the critical load", "1", SCENE, _load_bound)
-
-
-def _errors(
-    scene: Scene,
-    figures: Sequence[Figure],
-    of_motion: Callable[[int], Mapping[str, Reals]],
-    bent: Deflection,
-    finer: Deflection | None,
-    displaced: Deflection | None,
-    settled: float,
-    forces: float,
-    left: float,
-) -> Reals:
-    """Return the errors in all items of figures, computed as in a report, shape (rows,).
-
-    `of_motion` returns the relative errors in the figures of rigid motion for a given number of positions.
-    """
-    answer, bodies = (Cycle(scene, each.motion, each, sampled=True) for each in (bent, beyond_beam_theory(bent)))
-    corrected = {TIME: finer, LARGE: displaced}
-    stages = {name: Cycle(scene, each.motion, each, sampled=True) for name, each in corrected.items() if each}
-    shares = {LARGE if displaced is None else HIGHER_ORDERS: left}
-    if finer is None:
-        shares[TIME] = settled / THEORY.bound_over_error
-    by_key = figure_errors(answer, figures, Estimate(stages, bodies, shares, forces=forces))
-    sizes = magnitudes(answer, figures)
-    of_frequencies = [figure for figure in figures if figure.asked and not figure.rigid]
-    rows = {}
-    if of_frequencies:
-        stiff = frequency_error(sizes["deflection"], by_key["deflection"]) + abs(frequency_change(answer))
-        rows = {figure.key: stiff * (1.0 + sizes[figure.key]) for figure in of_frequencies}
-    between = _errors_between(answer, [figure for figure in figures if not figure.fields])
-    shares_of_motion = of_motion(len(bent.motion.time) - 1)
-    rows |= {key: np.where(share, share * np.abs(sizes[key]), 0.0) for key, share in shares_of_motion.items()}
-    rows = {key: row + between.get(key, 0.0) for key, row in rows.items()}
-    for figure in figures:
-        if figure.key not in rows:
-            known = np.array([error.size for error in by_key[figure.key]])
-            rows[figure.key] = known + between.get(figure.key, 0.0)
-    return np.concatenate([rows[figure.key] for figure in figures])
-
-
-def _errors_between(cycle: Cycle, figures: Sequence[Figure]) -> dict[str, Reals]:
-    """Return the errors due to the distance between the positions, by figure key, shape (items,).
-
-    A largest value is that of the parabola through the largest value at a position and its neighbours. Its error is the
-    change from every second position to all positions, divided by `STEP_RATIO`.
-    """
-    time, errors = cycle.motion.time, {}
-    for figure in figures:
-        if figure.of_motion(cycle.scene) or not isinstance(figure.find, RowSearch):
-            continue
-        rows = figure.find.rows(cycle)
-        if rows is not None and len(rows) and rows.shape[-1] == len(time) > 4:
-            sizes = [np.nan_to_num(np.abs(rows[..., ::step])) for step in (1, 2)]
-            tops = [size.max(axis=-1) + peak_gain(size, size.argmax(axis=-1), time[::step])
-                    for step, size in zip((1, 2), sizes, strict=True)]  # fmt: skip
-            errors[figure.key] = np.abs(tops[0] - tops[1]) / STEP_RATIO
-    return errors
-
-
-def _motion_shares(scene: Scene, figures: Sequence[Figure], count: int) -> dict[str, Reals]:
-    """Return the relative errors in the figures of rigid motion if there are `count` equally spaced positions.
-
-    The errors are returned by figure key, shape (items,). They do not depend on the speed, because all speeds have the
-    same sequence of positions.
-    """
-    moving = [figure for figure in figures if figure.of_motion(scene) and items_of(scene, figure.of)]
-    times = float(scene.run.cycle) * np.arange(count) / count
-    given = Cycle(scene, scene.course.at(times))
-    closer = Cycle(scene, scene.course.at(scene.course.closer(times)), between=True)
-    values, larger = magnitudes(given, moving), magnitudes(closer, moving)
-    shares = {}
-    for figure in moving:
-        value, other = values[figure.key], larger[figure.key]
-        errors = np.array([error.size for error in motion_errors(given, figure, closer)])
-        with np.errstate(divide="ignore", invalid="ignore"):
-            errors = errors + np.where(figure.exact | (value == other), 0.0, np.abs(other - value))
-            shares[figure.key] = np.where(errors, errors / np.abs(value), 0.0)
-    return shares
-
-
-def _with_errors(measure: Measure, values: Any, errors: Any) -> tuple[Reals, Reals]:
-    """Return the values and errors of a measure, shape (speeds,), from those of all items, shape (items, speeds)."""
-    rows = [*range(len(values))] if measure.items is None else [*measure.items]
-    least = measure.figure.over == LEAST
-    known = np.where(np.isnan(values[rows]), np.inf if least else -np.inf, values[rows])
-    at = known.argmin(axis=0) if least else known.argmax(axis=0)
-    return measure.among(values), np.take_along_axis(errors[rows], at[None], 0)[0]
 
 
 def _curves(values: Mapping[str, Any]) -> Reals:
