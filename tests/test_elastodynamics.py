@@ -552,7 +552,7 @@ class TestSpeedMap:
             for tolerance in (1e-2, 1e-5)
         )
         off = np.abs(coarse.values - fine.values).max(axis=1) / fine.values.max(axis=1)
-        estimate = coarse.discretization_error
+        estimate = coarse.error
         assert (estimate < 2e-2).all()
         assert (off < estimate).all()
 
