@@ -785,8 +785,9 @@ def test_set_changes_numbers_of_a_scene(tmp_path, capsys):
     ):
         assert main([str(given), *options, "--set", change]) == 2
         assert words in capsys.readouterr().err
-    for task in ("--sweep", "--structure"):
-        assert main([str(given), task, "--optimize"]) == 2
-        assert f"--optimize belongs to a report, which {task} does not write" in capsys.readouterr().err
+    for task, option in (("--sweep", "--optimize"), ("--structure", "--motion"), ("--design=0", "--optimize")):
+        assert main([str(given), task, option]) == 2
+        told = f"{option} belongs to a report, which {task.partition('=')[0]} does not write"
+        assert told in capsys.readouterr().err
     assert main([str(given), "--sweep", "--set", "points.A.x=1"]) == 2
     assert "--set only applies to reports" in capsys.readouterr().err

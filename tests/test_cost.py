@@ -15,7 +15,7 @@ from elastic.elastodynamics.vibration_settings import VIBRATION
 from elastic.vibration import natural_frequencies
 from kinelast.cli.command import main
 from kinelast.designs.studies import sensitivity_study
-from kinelast.figures.cycle import MAX_BEAMS
+from kinelast.figures.beam_limits import MAX_BEAMS
 from kinelast.runs import computed
 from kinelast.scene.data import scene_deflection, scene_motion
 from kinelast.scene.document import document_from_text, scene_from_text

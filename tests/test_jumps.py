@@ -275,3 +275,6 @@ def test_the_effort_against_a_wound_torsion_spring(angle):
     moment = 20 * (np.angle(place) - np.radians(angle))
     expected = moment * motion.angular_velocity[rocker] / np.pi  # 30 rpm
     np.testing.assert_allclose(results.cycle.efforts[0], expected, atol=1e-9 * np.abs(expected).max())
+    most = np.abs(np.degrees(moment / 20)).max()
+    said = [each.text for each in jump_findings(results)]
+    assert any(f"is wound by up to {most:.0f}°" in each for each in said) == (most > 180)

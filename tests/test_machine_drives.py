@@ -321,6 +321,20 @@ def test_a_motor_beyond_its_top_speed_has_no_torque(positions):
     assert computed(scene_from_dict(tables), Request()).figures.peaks["motor_use"][0].value < 1.0
 
 
+def test_motors_of_many_designs():
+    """The best gear ratio of each rated speed; a design is a row of the sweep."""
+    tables = {
+        "sections": {"bar": {"shape": "rectangle", "depth": 0.01, "width": 0.01}},
+        "points": {"O": [0, 0], "A": [0.1, 0]},
+        "links": {"ground": {"points": ["O"]}, "arm": {"points": ["O", "A"], "section": "bar", "material": "S235"}},
+        "drives": [{"link": "arm", "motor": "m", "speed": 20}],
+        "motors": {"m": {"gear_ratio": 2, "rated_speed": 300}},
+        "run": {"positions": 12},
+    }
+    found = evaluate(tables, ["motors.m.rated_speed"], [[300.0], [500.0]], ["least_ratio"])
+    assert found.columns["least_ratio"] == pytest.approx([15.0, 25.0])
+
+
 class TestScene:
     """Slider-crank with massless crank and rod: the torque m s'' ds/dq has a closed form."""
 

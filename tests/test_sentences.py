@@ -240,6 +240,7 @@ def test_a_limit_on_the_lowest_natural_frequency_is_judged_at_the_worst_position
     report = report_on(f'{text}\n[limits.figures]\nfrequency = {{least = "{2 * np.pi * 33.1} rad/s"}}\n')
     (limit,) = (row for row in report.acceptance.limits if row.kind == "frequency")
     assert limit.outcome == "not kept"
+    assert limit.found.value == pytest.approx(2 * np.pi * 32.5, rel=3e-3)
 
 
 def test_a_limit_on_the_lowest_natural_frequency_judges_the_frequency_of_the_report():

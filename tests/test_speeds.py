@@ -7,7 +7,7 @@ import msgspec
 import numpy as np
 import pytest
 from msgspec.structs import astuple, replace
-from scene_texts import ARM, CRANK_ROCKER, FOUR_BAR, edited
+from scene_texts import ARM, CRANK_ROCKER, FOUR_BAR, SLIDER_CRANK, edited
 from tiers import in_tiers
 
 from elastic.elastodynamics import Resonance, SpeedSearch, SpeedSolutions, prominences
@@ -544,3 +544,14 @@ def test_the_speed_at_which_a_rod_buckles_is_found_between_the_speeds():
     critical = np.pi**2 * 210e9 * 0.01 * 0.002**3 / 12 / 0.3**2
     assert found.buckling == pytest.approx(np.sqrt(critical / (mass * 0.0003)), rel=3e-3)
     assert 0.998 * found.buckling < found.highest <= found.buckling
+
+
+@pytest.mark.parametrize("start", ["2 deg", "-2 deg"])
+def test_a_peak_beside_the_start_of_the_cycle(start):
+    """The largest shaking force is at the dead centre, just after or just before the start."""
+    text = edited(SLIDER_CRANK, ("speed = 100", f'speed = 100\nstart = "{start}"'))
+    found = speeds(scene_from_text(text), (90.0, 100.0, 2))
+    single = text.replace("positions = 36", 'positions = 720\ntheory = "elastodynamic"')
+    (exact,) = results_in_full(scene_from_text(single)).figures.peaks["shaking_force"]
+    _, values, errors = found.figures["shaking_force"]
+    assert abs(values[-1] - abs(exact.value)) < errors[-1] + exact.error_size

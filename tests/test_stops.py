@@ -236,3 +236,42 @@ def test_the_page_draws_the_bars(tmp_path):
         assert not [each for each in page.logs() if each["level"] == "SEVERE"]
     finally:
         driver.quit()
+
+
+SWING = """
+[points]
+O = [0, 0]
+A = [0.1, 0]
+[links.ground]
+points = ["O"]
+[links.arm]
+points = ["O", "A"]
+rigid = true
+mass = 1
+center = "O"
+[stops.arm]
+link = "arm"
+{stop}
+[[drives]]
+link = "arm"
+{drive}
+[run]
+positions = {positions}
+"""
+
+
+@pytest.mark.parametrize("positions", [12, 24, 90])
+def test_a_swing_of_nearly_a_turn_does_not_pass_its_stops(positions):
+    there, back = (f'{{curve = "cycloidal", duration = 1, by = "{way} deg"}}' for way in (340, -340))
+    drive = f'start = "-170 deg"\nrepeat = true\nlaw = [{there}, {back}]'
+    text = SWING.format(stop='least = "-175 deg"\nmost = "175 deg"', drive=drive, positions=positions)
+    peaks = results_in_full(document_from_text(text).scene).figures.peaks
+    for key in ("lower_stop_margin", "upper_stop_margin"):
+        assert peaks[key][0].value == pytest.approx(np.radians(5), abs=1e-6), key
+
+
+@pytest.mark.parametrize("speed", [60, -60])
+def test_a_link_that_starts_on_its_stop_and_turns_fully(speed):
+    text = SWING.format(stop='most = "0 deg"', drive=f'speed = "{speed} rpm"', positions=36)
+    (margin,) = results_in_full(document_from_text(text).scene).figures.peaks["upper_stop_margin"]
+    assert margin.value < np.radians(-340)

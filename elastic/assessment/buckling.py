@@ -12,6 +12,7 @@ References
 Timoshenko and Gere, Theory of Elastic Stability, 2nd ed., section 2.
 """
 
+import math
 from collections.abc import Callable
 from functools import cached_property
 from typing import Any
@@ -49,7 +50,8 @@ EVEN_POSITIONS = 13  # number of evenly spaced positions that are always compute
 VIBRATING_POSITIONS = 61  # the same if the loads include vibration, because these loads vary faster
 BATCH_POSITIONS = 8  # number of positions that are computed at once
 UNKNOWN = -1.0  # marks a position at which the ratio has not been computed
-TIME_STEP = 0.01  # time step of numerical differentiation, relative to the time in which a link turns by 1 rad
+# time step of numerical differentiation, relative to the time in which a link turns by 1 rad, or does so from rest
+TIME_STEP = 0.002
 MotionAt = Callable[[Any], Motion]
 
 
@@ -235,7 +237,9 @@ class BucklingModes:
         X are the displacements per unit of each shape, which change with the posture. W are the masses. For a single
         link that rotates at a rate, this is minus the square of the rate times the mass matrix.
         """
-        times, fastest = self.motion.time, float(np.nanmax(np.abs(self.motion.angular_velocity), initial=0.0))
+        times, motion = self.motion.time, self.motion
+        rates = np.maximum(motion.angular_velocity**2, np.abs(motion.angular_acceleration))
+        fastest = math.sqrt(float(np.nanmax(rates, initial=0.0)))
         if not fastest:
             return np.zeros(1)
         step = TIME_STEP / fastest

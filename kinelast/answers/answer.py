@@ -244,5 +244,5 @@ def _greatest_share(values: Numbers, others: Numbers, base: Reals) -> float:
 def _joint_forces(bent: Deflection) -> Complexes:
     """Return the forces in all joints as complex numbers [N], shape (joints, positions)."""
     columns = bent.motion.columns
-    forces = [np.broadcast_to(np.asarray(force, complex), columns) for force in bent.forces.force]
+    forces = [np.broadcast_to(np.asarray(force, complex), columns) for force, _ in bent.forces.in_joints]
     return np.reshape(np.array(forces, complex), (len(forces), *columns))

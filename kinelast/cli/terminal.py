@@ -125,8 +125,10 @@ def _require_consistent(parser: argparse.ArgumentParser, given: dict[str, Any], 
         if option.belongs and not given.get(option.belongs):
             flag, needed = ((known[key].flags or (f"--{key}",))[0] for key in (name, option.belongs))
             parser.error(f"{flag} needs {needed}")
-    task = next((name for name in ("sweep", "design", "structure") if given.get(name) not in (None, False)), "")
-    written = [name for name in given if known[name].writes and name in Request.__struct_fields__ and given[name]]
+    asked = [name for name, value in given.items() if value is not None and value is not False]
+    task = next((name for name in ("sweep", "design", "structure") if name in asked), "")
+    outputs = [name for name in asked if known[name].writes or name in ("animate", "columns")]
+    written = [name for name in outputs if name in Request.__struct_fields__]
     if task and written:
         flag = (known[written[0]].flags or (f"--{written[0]}",))[0]
         parser.error(f"{flag} belongs to a report, which --{task} does not write: run the command twice")

@@ -223,12 +223,12 @@ class Cycle:
     def _gain(self, size: Reals, position: Any) -> Reals:
         """Return how much the peaks increase between the positions, as estimated by `peak_gain`.
 
-        At several speeds, times are proportional to each other, so the increase follows from the times of the first.
-        The positions then include the start and the end of the cycle.
+        The gain does not depend on the time scale, so the time and the period of the first speed serve for all speeds.
         """
         run, time = self.scene.run, self.motion.time
-        period = float(run.duration) if run.turn and time.ndim == 1 else np.nan
-        time = time if time.ndim == 1 else time[0]
+        period = float(run.duration) if run.turn else np.nan
+        if time.ndim > 1:
+            time, period = time[0], np.nan if self.period is None else float(np.ravel(self.period)[0])
         if len(time) < 3 or np.shape(size)[-1] != len(time):
             return np.zeros(np.shape(position))
         return elastic.peak_gain(size, position, time, period)
@@ -290,7 +290,8 @@ class Cycle:
         This is the largest ratio of all beams. It is about 0 if the links only stretch.
         """
         sizes = np.abs(sample(self.deflection, "chord", STATIONS)).max(axis=-1)
-        stretch = np.abs(sample(self.deflection, "u", np.ones(1))).max(initial=0.0, where=~self.lost[..., None])
+        ends = np.abs(sample(self.deflection, "u", np.ones(1))[..., 0])
+        stretch = ends.max(axis=(0, -1), initial=0.0, where=~self.lost)[..., None]
         base = elastic.reference_deflection(np.nan_to_num(sizes).max(axis=-1))[..., None]
         base = np.maximum(base, MIN_BENDING * stretch)
         share = np.divide(sizes, base, out=np.zeros_like(sizes), where=base > 0.0)

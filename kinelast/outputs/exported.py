@@ -92,7 +92,7 @@ def left_out(scene: Scene) -> list[str]:
     for load in mechanism.loads:
         name = getattr(load, "link", "")
         if isinstance(load, Spring | TorsionSpring):
-            words.append(f"the spring at {name}")
+            words.append(f"the spring on {name}")
         elif not isinstance(load, PointLoad) or load.law is not None:
             words.append(f"the load on {name} that is distributed or varies")
         elif load.moment:

@@ -87,8 +87,8 @@ def _sizes(results: Results) -> Iterator[Finding]:
         yield Finding(POOR, INPUTS, f"No link is longer than {shown}, is that meant?")
     for section, (at, _) in zip(results.scene.sections, results.mechanism.beams, strict=True):
         owner = results.mechanism.links[at].name
-        thick = max(2.0 * float(np.ravel(section.fibre)[0]), float(np.ravel(section.width)[0]))
-        if thick > THICK * sizes[owner]:
+        thick = float(np.fmax(2.0 * np.ravel(section.fibre)[0], np.ravel(section.width)[0]))
+        if thick > THICK * sizes[owner] > 0.0:
             deep, long = (quantity(each, "m", shown_in=results.scene.shown_in) for each in (thick, sizes[owner]))
             hint = 'a bare number is in the unit of lengths; otherwise write, e.g., "12 mm"'
             yield Finding(POOR, INPUTS, f"The link {owner} is {long} long and {deep} thick, is that meant? {hint}.")

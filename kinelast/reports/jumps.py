@@ -1,5 +1,6 @@
 """Findings on jumps in loads, friction and accelerations, which make the links vibrate."""
 
+import math
 from collections.abc import Iterator, Sequence
 
 import numpy as np
@@ -62,12 +63,9 @@ def _torsion_springs(results: Results) -> Iterator[Finding]:
             jump = quantity(2.0 * np.pi * float(np.ravel(spring.stiffness)[0]), "N m", 3)
             text = f"The torsion spring at {spring.at} turns fully: its moment jumps by {jump} once a turn."
             yield Finding(CAUTION, HEADING, f"{text} Use a torsion spring only at a pin that swings.")
-        elif wound > np.pi:
-            most = coordinate(float(wound), "rad", results.scene.shown_in)
-            text = (
-                f"The torsion spring at {spring.at} is wound by up to {most}. If another turn is meant, add or subtract"
-            )
-            yield Finding(OPEN, "Springs", f"{text} 360° at its angle.")
+        elif wound > np.pi and not any(drive.joint == spring.at for drive in results.mechanism.drives):
+            text = f"The torsion spring at {spring.at} is wound by up to {math.degrees(wound):.0f}°."
+            yield Finding(OPEN, "Springs", f"{text} If another turn is meant, add or subtract 360° at its angle.")
 
 
 def _jumps_of_forces(run: Deflection, bent: Deflection, before: Numbers, after: Numbers) -> Reals:

@@ -296,7 +296,7 @@ def judged_measure(results: Results, limit: Limit, measure: Measure | None) -> J
     if outcome == TOO_NEAR and measure and not (measure.figure.of_motion(results.scene) or measure.figure.here):
         change = frequency_change(results.cycle)
         if abs(change) > results.figures.frequency_error:
-            problem = f"loads and motion change natural frequencies by {percent(change)}"
+            problem = f"loads, springs and motion change natural frequencies by {percent(change)}"
     return _or_refused(results, Judgement(limit, outcome, 0, value, error, problem), limit.figure, [])
 
 

@@ -265,8 +265,8 @@ class TheoryReport(Record, frozen=True):
     courses
         Relative errors in time histories, by name of the field.
     damping, growth, stable
-        Damping coefficient beta of each beam [s], factor by which vibration grows in a cycle, and whether a steady
-        state exists.
+        Damping coefficient beta of each beam [s], factor by which vibration grows in a cycle or in a run without cycle,
+        and whether it grows so little that there is an answer.
     """
 
     name: str

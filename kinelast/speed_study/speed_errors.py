@@ -64,14 +64,15 @@ def _errors_between(cycle: Cycle, figures: Sequence[Figure]) -> dict[str, Reals]
     A largest value is that of the parabola through the largest value at a position and its neighbours. Its error is the
     change from every second position to all positions, divided by `STEP_RATIO`.
     """
-    time, errors = cycle.motion.time, {}
+    time, errors = cycle.motion.time, {}  # the last node repeats the first
+    period = float(time[-1] - time[0])
     for figure in figures:
         if figure.of_motion(cycle.scene) or not isinstance(figure.find, RowSearch):
             continue
         rows = figure.find.rows(cycle)
         if rows is not None and len(rows) and rows.shape[-1] == len(time) > 4:
-            sizes = [np.nan_to_num(np.abs(rows[..., ::step])) for step in (1, 2)]
-            tops = [size.max(axis=-1) + peak_gain(size, size.argmax(axis=-1), time[::step])
+            sizes = [np.nan_to_num(np.abs(rows[..., :-1:step])) for step in (1, 2)]
+            tops = [size.max(axis=-1) + peak_gain(size, size.argmax(axis=-1), time[:-1:step], period)
                     for step, size in zip((1, 2), sizes, strict=True)]  # fmt: skip
             errors[figure.key] = np.abs(tops[0] - tops[1]) / STEP_RATIO
     return errors

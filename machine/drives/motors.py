@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 from msgspec import Struct
 
-from rigid.arrays import Real, Reals
+from rigid.arrays import Real, Reals, of_designs
 
 UNKNOWN = float("nan")
 MAX_DIFFERENCE = 1e-6  # two time steps count as equal if their difference is below MAX_DIFFERENCE * (time step)
@@ -98,17 +98,17 @@ def least_torque_ratio(motor: Motor, effort: Any, rate: Any, acceleration: Any, 
 
     For the ratio n, the mean square of the torque is A / n^2 + 2 B + C n^2. A is the mean square of `gear_effort`. C is
     the mean square of (inertia of rotor and gearbox * acceleration of the drive). B does not depend on n. The minimum
-    is at n^4 = A / C. The ratio is limited so that neither the mean speed of the motor exceeds the rated speed, nor its
-    largest speed the top speed.
-    If the drive has no acceleration, the result is the ratio at this limit. Assumption: the efficiency and the inertia
-    of rotor and gearbox do not depend on the ratio.
+    is at n^4 = A / C. The ratio is limited: the mean speed of the motor is within the rated speed, the largest speed
+    within the top speed. If the drive has no acceleration, the result is the ratio at this limit. Assumption: the
+    efficiency and the inertia of rotor and gearbox do not depend on the ratio.
     """
     transmitted = mean(gear_effort(motor, effort, rate) ** 2, weight)
     inertial = mean((motor.inertia * np.asarray(acceleration)) ** 2, weight)
     with np.errstate(divide="ignore", invalid="ignore"):
         best = np.where(inertial > 0, (transmitted / np.where(inertial > 0, inertial, 1.0)) ** 0.25, np.inf)
         speed = np.abs(np.broadcast_to(rate, np.shape(acceleration)))
-        bound = np.fmin(motor.rated_speed / mean(speed, weight), motor.top_speed / speed.max(axis=-1))
+        rated, top = of_designs(motor.rated_speed), of_designs(motor.top_speed)
+        bound = np.fmin(rated / mean(speed, weight), top / speed.max(axis=-1))
     ratio: Reals = np.fmin(best, np.where(np.isnan(bound), np.inf, bound))
     return np.where(np.isfinite(ratio), ratio, np.nan)
 

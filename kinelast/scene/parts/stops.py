@@ -73,20 +73,22 @@ class Stop(Struct, frozen=True):
         turns = np.nan_to_num(np.round(np.diff(off, axis=-1, prepend=off[..., :1]) / TURN)).cumsum(axis=-1)
         return np.asarray(self.middle + off - TURN * turns)
 
-    def margin(self, motion: Motion, upper: bool) -> Reals:
+    def margin(self, motion: Motion, upper: bool, cyclic: bool) -> Reals:
         """Return the distance from the upper or the lower stop; negative beyond it, shape (..., positions).
 
-        A link that turns fully hits the stop from one of its sides. Full turns are added to its angle until it does.
+        A link that turns fully passes its stop, so its margin is negative. `cyclic` is true if the motion repeats.
         """
         value = self.coordinate(motion)
         left: Reals = self.most - value if upper else value - self.least
         if not self.joint.turns:
             return left
-        known = np.nan_to_num(value)
-        step = np.abs(np.diff(known, axis=-1)).max(axis=-1, keepdims=True, initial=0.0)
-        fully = np.ptp(known, axis=-1, keepdims=True) + step >= TURN * (1.0 - ROUND_OFF)
-        nearest = np.nanmin(left, axis=-1, keepdims=True)
-        return left - TURN * np.where(fully, np.ceil(np.maximum(nearest, 0.0) / TURN), 0.0)
+        low, high = (np.nan_to_num(end.reduce(value, axis=-1, keepdims=True)) for end in (np.fmin, np.fmax))
+        first, last = value[..., :1], value[..., -1:]
+        closing = np.remainder(first - last + TURN / 2, TURN) - TURN / 2  # after the last position, if it repeats
+        turned = np.nan_to_num(np.abs(last + closing - first)) if cyclic else 0.0
+        fully = np.maximum(high - low, turned) >= TURN * (1.0 - ROUND_OFF)
+        nearest = np.nan_to_num(np.fmin.reduce(left, axis=-1, keepdims=True))
+        return left - TURN * np.where(fully & (nearest >= 0.0), np.floor(nearest / TURN) + 1.0, 0.0)
 
 
 def _built(assembly: Assembly) -> dict[str, Stop]:
@@ -127,7 +129,7 @@ def _margins(kind: Kind, upper: bool) -> Callable[[Cycle], Largest]:
 
     def find(cycle: Cycle) -> Largest:
         stops = [STOPS.of(cycle.scene)[name] for name in kind.names(cycle.scene)]
-        return cycle.least(cycle.rows([stop.margin(cycle.motion, upper) for stop in stops]))
+        return cycle.least(cycle.rows([stop.margin(cycle.motion, upper, cycle.scene.run.turn) for stop in stops]))
 
     return find
 
