@@ -335,6 +335,37 @@ def test_motors_of_many_designs():
     assert found.columns["least_ratio"] == pytest.approx([15.0, 25.0])
 
 
+PHASE = turn(400, 0.0)  # of a cycloidal rise of a quarter turn in 1 s, geared down 100 times
+USE = (0.0101 * np.pi**2 * np.abs(np.sin(PHASE)) / (10 * (1 - 50 * np.pi * (1 - np.cos(PHASE)) / 400))).max()
+
+
+@pytest.mark.parametrize(
+    ("number", "values", "figure", "expected"),
+    [
+        ("rotor_inertia", [1e-4, 2e-4], "least_ratio", [10.0, 50**0.5]),  # the root of 0.01 kg m^2 over the inertia
+        ("gear_ratio", [50.0, 100.0], "motor_speed", [50 * np.pi, 100 * np.pi]),
+        ("top_speed", [299.0, 400.0], "motor_use", [np.inf, USE]),
+        ("rated_speed", [5.0, 10.0], "least_ratio", [10 / np.pi, 20 / np.pi]),  # the mean speed of the arm is pi/2
+    ],
+)
+def test_motors_of_many_designs_of_rigid_links(number, values, figure, expected):
+    law = [{"curve": "cycloidal", "duration": 1, "by": way * np.pi / 2} for way in (1, -1)]
+    tables = {
+        "points": {"O": [0, 0], "A": [0.1, 0]},
+        "links": {
+            "ground": {"points": ["O"]},
+            "arm": {"points": ["O", "A"], "rigid": True, "mass": 1, "center": "O", "inertia": 0.01},
+        },
+        "drives": [{"link": "arm", "motor": "m", "repeat": True, "law": law}],
+        "motors": {
+            "m": {"gear_ratio": 100, "stall_torque": 10, "top_speed": 400, "rotor_inertia": 1e-4, "rated_speed": 1e4}
+        },
+        "run": {"positions": 400},
+    }
+    found = evaluate(tables, [f"motors.m.{number}"], [[value] for value in values], [figure])
+    assert found.columns[figure] == pytest.approx(expected, rel=2e-3)
+
+
 class TestScene:
     """Slider-crank with massless crank and rod: the torque m s'' ds/dq has a closed form."""
 

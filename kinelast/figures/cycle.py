@@ -11,6 +11,7 @@ from functools import cached_property, reduce
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
+from msgspec import Struct
 from msgspec.structs import astuple, replace
 
 import elastic
@@ -35,6 +36,7 @@ MAX_CONDITION = 1e6  # ill-conditioned positions, with a larger condition number
 STATIONS = 15  # number of locations along a beam at which the results of two theories are compared
 AT_STATIONS = np.linspace(0.0, 1.0, STATIONS)
 INSTANTS = 12  # number of positions at which natural frequencies are computed, in addition to some around the minimum
+DESIGN_AXES = 2  # an array of this dimension, shape (designs, 1), contains the numbers of several designs
 MIN_BENDING = 1e-9  # smaller chord deflections are round-off, relative to the largest axial displacement
 SETTLED = 1e-5  # relative tolerance of natural frequencies of several designs, small enough for difference quotients
 
@@ -149,10 +151,13 @@ class Cycle:
     def columns(self) -> tuple[int, ...]:
         """The shape of arrays of values at each position.
 
-        The shape also includes designs that differ only in sections or cams.
+        The shape also includes designs that differ only in sections, cams or other parts, such as motors.
         """
         of_cams = (cam.designs for cam in self.scene.cams.values())
-        return np.broadcast_shapes(self.motion.columns, designs_of(self.scene.sections), *of_cams)
+        parts = (part for own in self.scene.parts.values() for part in own.values() if isinstance(part, Struct))
+        numbers = (value for part in parts for value in astuple(part))
+        of_parts = (value.shape for value in numbers if isinstance(value, np.ndarray) and value.ndim == DESIGN_AXES)
+        return np.broadcast_shapes(self.motion.columns, designs_of(self.scene.sections), *of_cams, *of_parts)
 
     @cached_property
     def reached(self) -> Flags:

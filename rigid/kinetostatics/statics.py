@@ -115,7 +115,8 @@ def drive_efforts(motion: Motion, forces: JointForces) -> Reals:
 
     The efforts include the inertia of rotors, although it does not load the joints.
     """
-    efforts = np.empty((len(motion.mechanism.drives), *motion.columns))
+    inertias = [np.shape(drive.inertia) for drive in motion.mechanism.drives]
+    efforts = np.empty((len(inertias), *np.broadcast_shapes(motion.columns, *inertias)))
     for number, place in enumerate(motion.places):
         if place.joint.drive is not None:
             efforts[place.joint.drive] = place.joint.sense * _effort(place, *forces.without_friction(number))
