@@ -244,8 +244,10 @@ class BucklingModes:
             return np.zeros(1)
         step = TIME_STEP / fastest
         middle = np.where(times[some] + 2.0 * step > times[-1], times[some] - step, times[some] + step)
-        near = [motion_at(middle + steps * step) for steps in (-1.0, 0.0, 1.0)]
-        before, now, after = (self._at_masses(motion, self._moved_in(motion)) for motion in near)
+        near = np.add.outer((-step, 0.0, step), middle)
+        order = np.argsort(near, axis=None)
+        moved = motion_at(near.ravel()[order])
+        before, now, after = np.split(self._at_masses(moved, self._moved_in(moved))[np.argsort(order)], 3)
         found: Reals = (np.conj(now).swapaxes(-1, -2) @ (before - 2.0 * now + after)).real / step**2
         return found
 

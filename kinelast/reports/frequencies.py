@@ -9,7 +9,7 @@ from kinelast.figures.cycle import Cycle
 from kinelast.tasks.progress import one_thread
 from rigid.arrays import distinct
 
-MAX_BOUND_OF_MOTION = 1e-3  # largest bound on the effect of the motion that is used in place of this effect
+MAX_BOUND_OF_MOTION = 5e-3  # largest bound on the effect of the motion that is used in place of this effect
 
 
 def frequency_error(results: Results) -> float:
