@@ -272,9 +272,8 @@ def _reasons(cycle: Cycle) -> Words:
         reason[off & (reason == "")] = f'a block on "{link}" leaves the beam "{beam.start}"-"{beam.end}"'
     if bent is not None:
         locked = np.broadcast_to(bent.forces.locked, cycle.columns).sum(axis=-1)
-        for at in np.ndindex(known) if locked.any() else ():
-            if locked[at] and not reason[at]:
-                reason[at] = f"friction may lock {counted(int(locked[at]), 'position')}"
+        for at in map(tuple, np.argwhere(locked)):
+            reason[at] = reason[at] or f"friction may lock {counted(int(locked[at]), 'position')}"
     lost = np.broadcast_to(cycle.motion.singular, cycle.columns) if bent is None else bent.lost
     reason[(reason == "") & lost.all(axis=-1)] = "singular at every position"
     return reason

@@ -122,14 +122,12 @@ def figure_errors(
         for each in others
     ]
     stages = {name: _changed(cycle, corrected, answer, values) for name, cycle in estimate.stages.items()}
-    bent = (
-        others
-        if _forces_differ(answer, estimate.beam_theory)
-        else [each for each in others if not _of_forces(answer, each)]
-    )
-    beyond_beams = (
-        values if estimate.beam_theory is answer else values | _changed(estimate.beam_theory, bent, answer, values)
-    )
+    bent = others
+    if not _forces_differ(answer, estimate.beam_theory):
+        bent = [each for each in others if not _of_forces(answer, each)]
+    beyond_beams = values
+    if estimate.beam_theory is not answer:
+        beyond_beams = values | _changed(estimate.beam_theory, bent, answer, values)
     inertia = [_changed(cycle, others, answer, values) for cycle in estimate.inertia or ()]
     closer, vibrating = (
         values if each in (None, answer) else _changed(each, others, answer, values)
@@ -210,10 +208,8 @@ def _of_items(
         return np.concatenate([sizes[figure.key] for figure in figures])
 
     here = joined(values)
-    power, reciprocal = (
-        per_item(figure.power for figure in figures),
-        per_item(figure.key in RECIPROCAL for figure in figures),
-    )
+    power = per_item(figure.power for figure in figures)
+    reciprocal = per_item(figure.key in RECIPROCAL for figure in figures)
     units = [unit for figure in figures for unit in figure.units(answer.scene)]
     scale = np.array([scales.get(unit, 0.0) for unit in units])
     item_scale, figure_scale = _references(figures, values, counts, np.where(np.isfinite(here), here, 0.0), scale)
@@ -240,11 +236,8 @@ def _of_items(
     if TIME in estimate.shares:
         moved = np.array([unit in DISPLACEMENTS for unit in units]) & (power != 0.0)
         pushed = np.array([unit in (*FORCE_UNITS, "Pa") for unit in units]) | (power > 1.0) | reciprocal
-        of_moved, of_forces = (
-            np.where(moved, estimate.shares[TIME] * scale, 0.0),
-            np.where(pushed, estimate.forces * power, 0.0),
-        )
-        parts[TIME] = np.maximum.reduce([parts[TIME], of_moved, of_forces * figure_scale])
+        of_forces = np.where(pushed, estimate.forces * power, 0.0) * figure_scale
+        parts[TIME] = np.maximum.reduce([parts[TIME], np.where(moved, estimate.shares[TIME] * scale, 0.0), of_forces])
     if estimate.settled and any(figure.remains_of for figure in figures):
         whole = [
             np.max(answer.of(figure.remains_of).value, initial=0.0) if figure.remains_of else 0.0 for figure in figures
@@ -254,17 +247,15 @@ def _of_items(
         parts[TIME] = np.where(remaining, np.maximum(np.abs(time), estimate.settled * per_item(whole)), time)
     parts[BEAM_THEORY] = np.abs(change(joined(beyond_beams), here))
     if (web := answer.once(_web_excess)).any():
-        of_stress = [np.where(figure.key in STRESS_LIMITED, web, 0.0) if figure.of is BEAM else np.zeros(count)
-                     for figure, count in zip(figures, counts, strict=True)]  # fmt: skip
-        parts[WEB] = np.concatenate(of_stress) * np.abs(here)
+        of_stress = [figure.of is BEAM and figure.key in STRESS_LIMITED for figure in figures]
+        parts[WEB] = _for_some(counts, of_stress, web) * np.abs(here)
     if inertia:
         without, with_it = map(joined, inertia)
         parts[FREQUENCIES] = np.abs(change(with_it, without))
     parts[BETWEEN] = np.abs(change(joined(closer), here))
     if any(figure.follows for figure in figures):
-        beside = [answer.buckling_gain if figure.follows else np.zeros(count)
-                  for figure, count in zip(figures, counts, strict=True)]  # fmt: skip
-        parts[BETWEEN] = np.maximum(parts[BETWEEN], np.concatenate(beside))
+        follow = [figure.follows is not None for figure in figures]
+        parts[BETWEEN] = np.maximum(parts[BETWEEN], _for_some(counts, follow, answer.buckling_gain))
     positions = [np.broadcast_to(answer.of(figure).position, len(values[figure.key])) for figure in figures]
     parts[ROUND_OFF] = round_off(answer, np.concatenate(positions), rigid=False) * item_scale
     rows = zip(*(part.tolist() for part in parts.values()), strict=True)
@@ -315,21 +306,27 @@ def _references(
     def among_items(reduction: np.ufunc, numbers: Reals) -> Reals:
         return np.repeat(reduction.reduceat(numbers, first), counts)
 
-    base = np.concatenate([reference_deflection(part) for part in np.split(np.abs(here), first[1:])])
-    wide = among_items(np.maximum, np.where(per_item(figure.of == POINT for figure in figures), scale, base))
-    wide = np.where(
-        per_item(figure.over == LEAST for figure in figures), base, wide
-    )  # safety factors etc. have no scale
+    item_scale = np.concatenate([reference_deflection(part) for part in np.split(np.abs(here), first[1:])])
+    of_points = per_item(figure.of == POINT for figure in figures)
+    without_scale = per_item(figure.over == LEAST for figure in figures)  # safety factors etc.
+    largest = among_items(np.maximum, np.where(of_points, scale, item_scale))
+    figure_scale = np.where(without_scale, item_scale, largest)
     over_largest = here / among_items(np.minimum, np.where(here > 0.0, here, np.inf))
     safety = per_item(figure.key == "safety" for figure in figures)
     if "stress" in values and safety.any():  # the strengths of links differ
         over_largest[safety] = _largest_over_each(values["stress"])
-    return base, np.where(per_item(figure.key in RECIPROCAL for figure in figures), here * over_largest, wide)
+    reciprocal = per_item(figure.key in RECIPROCAL for figure in figures)
+    return item_scale, np.where(reciprocal, here * over_largest, figure_scale)
 
 
 def _per_item(counts: Sequence[int], numbers: Iterable[Any]) -> Any:
     """Repeat one number per figure for all items of the figure."""
     return np.repeat(np.array([*numbers]), counts)
+
+
+def _for_some(counts: Sequence[int], chosen: Iterable[bool], sizes: Reals) -> Reals:
+    """Return `sizes`, with one number per item, for the items of each chosen figure, and 0 for those of the others."""
+    return np.concatenate([sizes if each else np.zeros(count) for count, each in zip(counts, chosen, strict=True)])
 
 
 def _largest_over_each(sizes: Any) -> Reals:

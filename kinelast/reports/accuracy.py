@@ -69,11 +69,8 @@ def _error_words(results: Results, answer: Answer, worst: MainFigure) -> tuple[s
     Also return the cause and the remedy in brief, if the requested accuracy is not reached.
     """
     name, item = _named(results, worst)
-    of, wanted, requested = (
-        f" of {item}" if item else "",
-        answer.requested.wanted,
-        answer.requested.accuracy is not None,
-    )
+    of = f" of {item}" if item else ""
+    wanted, requested = answer.requested.wanted, answer.requested.accuracy is not None
     parts = {part: size / worst.base for part, size in worst.error.terms.items()}
     shares = [
         f"{part} {MINUS if share < 0.0 else ''}{error_percent(abs(share))}"

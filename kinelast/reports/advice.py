@@ -71,11 +71,8 @@ def _by_a_finer_theory(results: Results, answer: Answer, aim: float) -> str:
     The advice suggests a smaller value of the option `accuracy` only if the main figures reach the present value.
     """
     reached = max((each.share_by_motion for each in results.main_figures), default=0.0)
-    if (
-        (answer.theory == GEOMETRICALLY_EXACT or answer.finer)
-        and aim > 0.0
-        and max(aim, reached) <= answer.requested.wanted
-    ):
+    finer = answer.theory == GEOMETRICALLY_EXACT or answer.finer
+    if finer and aim > 0.0 and max(aim, reached) <= answer.requested.wanted:
         aim = max(aim, MIN_ACCURACY)
         return f': accuracy = "{percent(aim)}" would suffice'
     if not results.nonlinear and not nonlinear_refusal(results) and not _too_long(results):

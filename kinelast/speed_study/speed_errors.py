@@ -42,20 +42,15 @@ def speed_errors(
         shares[TIME] = settled / THEORY.bound_over_error
     by_key = figure_errors(answer, figures, Estimate(stages, bodies, shares, forces=forces))
     sizes = magnitudes(answer, figures)
+    rows = {figure.key: np.array([error.size for error in by_key[figure.key]]) for figure in figures}
     of_frequencies = [figure for figure in figures if figure.asked and not figure.rigid]
-    rows = {}
     if of_frequencies:
         stiff = frequency_error(sizes["deflection"], by_key["deflection"]) + abs(frequency_change(answer))
-        rows = {figure.key: stiff * (1.0 + sizes[figure.key]) for figure in of_frequencies}
-    between = _errors_between(answer, [figure for figure in figures if not figure.fields])
+        rows |= {figure.key: stiff * (1.0 + sizes[figure.key]) for figure in of_frequencies}
     shares_of_motion = of_motion(len(bent.motion.time) - 1)
     rows |= {key: np.where(share, share * np.abs(sizes[key]), 0.0) for key, share in shares_of_motion.items()}
-    rows = {key: row + between.get(key, 0.0) for key, row in rows.items()}
-    for figure in figures:
-        if figure.key not in rows:
-            known = np.array([error.size for error in by_key[figure.key]])
-            rows[figure.key] = known + between.get(figure.key, 0.0)
-    return np.concatenate([rows[figure.key] for figure in figures])
+    between = _errors_between(answer, [figure for figure in figures if not figure.fields])
+    return np.concatenate([rows[figure.key] + between.get(figure.key, 0.0) for figure in figures])
 
 
 def _errors_between(cycle: Cycle, figures: Sequence[Figure]) -> dict[str, Reals]:
@@ -71,11 +66,16 @@ def _errors_between(cycle: Cycle, figures: Sequence[Figure]) -> dict[str, Reals]
             continue
         rows = figure.find.rows(cycle)
         if rows is not None and len(rows) and rows.shape[-1] == len(time) > 4:
-            sizes = [np.nan_to_num(np.abs(rows[..., :-1:step])) for step in (1, 2)]
-            tops = [size.max(axis=-1) + peak_gain(size, size.argmax(axis=-1), time[:-1:step], period)
-                    for step, size in zip((1, 2), sizes, strict=True)]  # fmt: skip
-            errors[figure.key] = np.abs(tops[0] - tops[1]) / STEP_RATIO
+            size = np.nan_to_num(np.abs(rows[..., :-1]))
+            all_positions, every_second = (_peak(size[..., ::step], time[:-1:step], period) for step in (1, 2))
+            errors[figure.key] = np.abs(all_positions - every_second) / STEP_RATIO
     return errors
+
+
+def _peak(size: Reals, time: Reals, period: float) -> Reals:
+    """Return the height of the parabola through the largest value and its neighbours, shape (items,)."""
+    at = size.argmax(axis=-1)
+    return np.asarray(size.max(axis=-1) + peak_gain(size, at, time, period))
 
 
 def motion_shares(scene: Scene, figures: Sequence[Figure], count: int) -> dict[str, Reals]:
